@@ -1,0 +1,1 @@
+"""Learned and hand-made players that the planners are compared with."""
