@@ -1,0 +1,47 @@
+"""The one error a user's mistake raises."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class InputError(ValueError):
+    """A game, plan or option that cannot be used, told in one sentence.
+
+    Parameters
+    ----------
+    place
+        Where the mistake is, e.g. ``"agent[1].noise"`` or ``"head_on.toml"``.
+    problem
+        What is wrong there.
+    remedy
+        What to write instead.
+    """
+
+    def __init__(self, place: str, problem: str, remedy: str) -> None:
+        self.place, self.problem, self.remedy = place, problem, remedy
+        super().__init__(f"{place}: {problem}; {remedy}.")
+
+    def within(self, outer: str, joint: str = ".") -> InputError:
+        """The same mistake, its place seen from ``outer`` (a table, an agent or a file)."""
+        place = f"{outer}{joint}{self.place}" if self.place else outer
+        return type(self)(place, self.problem, self.remedy)
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:
+        return type(self), (self.place, self.problem, self.remedy)
+
+
+def require(condition: bool, place: str, problem: str, remedy: str) -> None:
+    """Raise :class:`InputError` unless ``condition`` holds."""
+    if not condition:
+        raise InputError(place, problem, remedy)
+
+
+@contextmanager
+def placed(place: str, joint: str = ".") -> Iterator[None]:
+    """Name the place of any :class:`InputError` that passes through."""
+    try:
+        yield
+    except InputError as error:
+        raise error.within(place, joint) from None

@@ -1,0 +1,44 @@
+"""Frozen records that hold arrays, and yet compare, hash, copy and pickle like values."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+
+def frozen_array(values: Any) -> np.ndarray:
+    """A read-only float64 copy; -0.0 becomes 0.0 so that equal values have equal bytes."""
+    array = np.array(values, dtype=np.float64) + 0.0
+    array.setflags(write=False)
+    return array
+
+
+def _key(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if isinstance(value, tuple):
+        return tuple(_key(item) for item in value)
+    return value
+
+
+class Record:
+    """Mixin for ``@dataclass(frozen=True, eq=False)``: value semantics over array fields."""
+
+    @cached_property
+    def _identity(self) -> tuple[Any, ...]:
+        return tuple(_key(getattr(self, field.name)) for field in fields(self))  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._identity == other._identity
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor: copies are validated and their arrays read-only again.
+        return type(self), tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
