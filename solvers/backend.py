@@ -1,0 +1,135 @@
+"""One call to a MILP solver through cvxpy, and what may be believed of its answer.
+
+Back ends lie: at a time limit HiGHS reports x = 0 with value 0 although it has no incumbent.
+An :class:`Answer` says whether there is an incumbent and carries a lower bound only where the
+back end proves one; plans are judged by the evaluator in any case.
+
+Objectives handed in must be minimisations without a constant term: HiGHS's dual bound leaves
+constants out.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import cvxpy as cp
+
+from ppg_env import tolerances as tol
+from ppg_env.errors import InputError
+
+FEASIBILITY = 1e-9
+"""Primal and integrality tolerance asked of the back ends: a big-M of 100 then leaks 1e-7."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a back end proved.
+
+    Attributes
+    ----------
+    outcome : ``optimal``, ``incumbent`` (stopped early with a point), ``none`` (stopped early
+        without one), ``infeasible`` or ``error``.
+    bound : proved lower bound on the optimum; -inf where there is none.
+    detail : the back end's own word, for messages.
+    """
+
+    outcome: str
+    bound: float
+    detail: str
+
+    @property
+    def has_point(self) -> bool:
+        """Whether the problem's variables hold an incumbent."""
+        return self.outcome in ("optimal", "incumbent")
+
+
+def check_solver(name: str) -> str:
+    """The cvxpy name of a solver that can take the programs.
+
+    Raises
+    ------
+    InputError
+        If cvxpy does not know it, or it is not installed or takes no integer variables.
+    """
+    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+
+    usable = [str(solver) for solver in INSTALLED_MI_SOLVERS]
+    if name.upper() not in usable:
+        raise InputError(
+            "solver", f"{name!r} is not an installed MILP solver", "use one of " + ", ".join(usable)
+        )
+    return name.upper()
+
+
+def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
+    """Solve ``problem`` with a solver that :func:`check_solver` accepted.
+
+    ``time_limit`` is in seconds; None is no limit.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # cvxpy warns of limits, which the answer reports
+            problem.solve(solver=solver, **_options(solver, time_limit))
+    except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
+        # HiGHS through cvxpy answers some limits with missing attributes instead of a status.
+        return Answer("error", float("-inf"), f"{type(failure).__name__}: {failure}")
+    stats, status = problem.solver_stats, str(problem.status)
+    extra = None if stats is None else stats.extra_stats
+    if status in (cp.INFEASIBLE, cp.settings.INFEASIBLE_OR_UNBOUNDED):
+        return Answer("infeasible", float("inf"), status)
+    if status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        proved = _bound(solver, extra, problem)
+        return Answer("optimal" if status == cp.OPTIMAL else "incumbent", proved, status)
+    if status == cp.settings.USER_LIMIT:
+        found = _has_incumbent(solver, extra, problem)
+        return Answer("incumbent" if found else "none", _limit_bound(solver, extra), status)
+    return Answer("error", float("-inf"), status)
+
+
+def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
+    if solver == cp.HIGHS:
+        options: dict[str, Any] = {
+            "mip_rel_gap": tol.MIP_GAP,
+            "mip_abs_gap": tol.MIP_GAP,
+            "mip_feasibility_tolerance": FEASIBILITY,
+            "primal_feasibility_tolerance": FEASIBILITY,
+            "dual_feasibility_tolerance": FEASIBILITY,
+        }
+        return options if time_limit is None else options | {"time_limit": max(time_limit, 1e-3)}
+    if solver == cp.SCIP:
+        parameters = {"limits/gap": 0.0, "numerics/feastol": FEASIBILITY}
+        limit = {} if time_limit is None else {"limits/time": max(time_limit, 1e-3)}
+        return {"scip_params": parameters | limit}
+    if solver == cp.GUROBI:
+        options = {
+            "MIPGap": 0.0,
+            "MIPGapAbs": tol.MIP_GAP,
+            "FeasibilityTol": FEASIBILITY,
+            "IntFeasTol": FEASIBILITY,
+            "Threads": 1,
+        }
+        return options if time_limit is None else options | {"TimeLimit": max(time_limit, 1e-3)}
+    return {}
+
+
+def _bound(solver: str, extra: Any, problem: cp.Problem) -> float:
+    """Bound proved by an optimal answer; solvers without options above keep loose default gaps."""
+    if solver == cp.SCIP:
+        return float(problem.value)
+    return min(_limit_bound(solver, extra), float(problem.value))
+
+
+def _limit_bound(solver: str, extra: Any) -> float:
+    if solver == cp.HIGHS and extra is not None:
+        return float(extra.mip_dual_bound)
+    if solver == cp.GUROBI and extra is not None:
+        return float(extra.ObjBound)
+    return float("-inf")
+
+
+def _has_incumbent(solver: str, extra: Any, problem: cp.Problem) -> bool:
+    if solver == cp.HIGHS:
+        return extra is not None and int(extra.primal_solution_status) == 2
+    return problem.value is not None and all(v.value is not None for v in problem.variables())

@@ -1,0 +1,229 @@
+r"""Best-response dynamics: one agent at a time plans anew until nobody gains.
+
+With the exact potential Phi, every accepted update lowers Phi by at least
+``tolerance / (1 - lam_i)``, so updates in turn end at an equilibrium; simultaneous updates may
+cycle, which is detected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ppg_env import objective
+from ppg_env import tolerances as tol
+from ppg_env.errors import InputError, require
+from ppg_env.evaluate import evaluate
+from ppg_env.game import Agent, Game
+from ppg_env.plan import Plan, Profile, straight_plan
+from ppg_env.records import frozen_array
+from solvers.backend import check_solver
+from solvers.certificate import proved_bound
+from solvers.response import explain, respond
+from solvers.search import Clock, Found
+from solvers.solution import ADVICE, Solution, Status, Update
+
+STARTS = ("straight", "sequential")
+ORDERS = ("cyclic", "random", "simultaneous")
+
+
+def best_response_dynamics(
+    game: Game,
+    *,
+    start: str | Profile = "straight",
+    order: str | Sequence[int] = "cyclic",
+    tolerance: float = tol.IMPROVEMENT,
+    max_sweeps: int = 50,
+    seed: int = 0,
+    solver: str = "HIGHS",
+    time_limit: float | None = None,
+    progress: Callable[[Update], None] | None = None,
+) -> Solution:
+    """A Nash equilibrium found by letting the agents respond to each other in turn.
+
+    Parameters
+    ----------
+    start
+        ``straight`` (everybody heads for its goal as if alone), ``sequential`` (each joins those
+        before it in the order), or a profile.
+    order
+        ``cyclic``, ``random`` (a new permutation each sweep, from ``seed``), ``simultaneous``
+        (all respond to the same profile), or a permutation of the agents.
+    tolerance
+        An agent keeps its plan unless it gains more than this.
+    max_sweeps, time_limit
+        Limits: rounds in which everybody moves once, and seconds.
+    progress
+        Called with every :class:`Update`.
+
+    Returns
+    -------
+    Solution
+        ``status`` is ``equilibrium``, ``cycle`` or ``limit``, or why an agent had no plan;
+        ``regret`` is certified by the last responses' bounds; ``trace`` has every update.
+    """
+    check_order(game, order)
+    return _Dynamics(
+        game, order, tolerance, check_solver(solver), Clock(time_limit), seed, progress
+    ).run(start, max_sweeps)
+
+
+class _Dynamics:
+    """State of one run: the profile, what is known of each agent's regret, and the trace."""
+
+    def __init__(
+        self,
+        game: Game,
+        order: str | Sequence[int],
+        tolerance: float,
+        solver: str,
+        clock: Clock,
+        seed: int,
+        progress: Callable[[Update], None] | None,
+    ) -> None:
+        self.game, self.order, self.tolerance = game, order, tolerance
+        self.solver, self.clock, self.progress = solver, clock, progress
+        self.random = np.random.default_rng(seed)
+        self.trace: list[Update] = []
+        self.bounds = np.full(len(game.agents), -np.inf)
+
+    def run(self, start: str | Profile, max_sweeps: int) -> Solution:
+        profile, pending = _start(self.game, start)
+        seen = {profile}
+        status = Status.LIMIT
+        for sweep in range(1, max_sweeps + 1):
+            before, self.changed = profile, False
+            for agents in self._turns():
+                found = {}
+                for i in agents:
+                    found[i] = respond(self.game, i, profile, "selfish", self.solver, self.clock)
+                    if found[i].profile is None:
+                        return self._failed(profile, pending, i, found[i])
+                profile = self._adopt(sweep, profile, found, pending)
+                pending -= set(agents)
+            if not self.changed:
+                status = Status.EQUILIBRIUM
+                break
+            if profile in seen and profile != before:
+                status = Status.CYCLE
+                break
+            seen.add(profile)
+            if self.clock.out:
+                break
+        return self._finished(profile, status)
+
+    def _turns(self) -> list[tuple[int, ...]]:
+        """Who moves together, in turn: singletons, or everybody at once."""
+        everybody = range(len(self.game.agents))
+        if self.order == "simultaneous":
+            return [tuple(everybody)]
+        if self.order == "cyclic":
+            return [(i,) for i in everybody]
+        if self.order == "random":
+            return [(int(i),) for i in self.random.permutation(len(everybody))]
+        return [(int(i),) for i in self.order]
+
+    def _adopt(
+        self, sweep: int, profile: Profile, found: dict[int, Found], pending: set[int]
+    ) -> Profile:
+        """Replace the plans of those who gain; note costs, bounds and potential."""
+        now = evaluate(self.game, profile)
+        plans, updates = list(profile), []
+        for i, answer in found.items():
+            usable = i not in pending and not now.complaints((i,))
+            before = now.weighted(objective.selfish(self.game, i)) if usable else float("inf")
+            gains = before - answer.value > self.tolerance
+            if gains:
+                assert answer.profile is not None
+                plans[i] = answer.profile[i]
+                self.changed = True
+            updates.append((i, before, answer.value if gains else before))
+            self.bounds[i] = proved_bound(self.game, i, min(before, answer.value), answer)
+        after = tuple(plans)
+        judged = evaluate(self.game, after)
+        whole = judged.feasible and not pending - set(found)
+        potential = judged.potential if whole else float("inf")
+        for i, cost_before, cost_after in updates:
+            self.trace.append(Update(sweep, i, cost_before, cost_after, potential))
+            if self.progress is not None:
+                self.progress(self.trace[-1])
+        return after
+
+    def _finished(self, profile: Profile, status: Status) -> Solution:
+        evaluation = evaluate(self.game, profile)
+        if not evaluation.feasible:  # simultaneous moves may collide
+            return Solution(
+                self.game,
+                "nash",
+                status,
+                ADVICE[status] + "; the last profile overlaps",
+                trace=tuple(self.trace),
+                seconds=self.clock.spent,
+            )
+        solution = Solution(
+            self.game, "nash", status, ADVICE[status], profile, evaluation, trace=tuple(self.trace)
+        )
+        if status is Status.EQUILIBRIUM:
+            # Nobody moved in the last sweep, so its bounds are about this very profile.
+            regret = np.maximum(evaluation.shifted_cost - self.bounds, 0.0)
+            solution = replace(solution, regret=regret)
+        return replace(solution, seconds=self.clock.spent)
+
+    def _failed(self, profile: Profile, pending: set[int], agent: int, found: Found) -> Solution:
+        evaluation = evaluate(self.game, profile)
+        if not pending and evaluation.feasible and found.status is Status.TIME_LIMIT:
+            return self._finished(profile, Status.LIMIT)
+        status, advice = explain(self.game, found, (agent,))
+        if status is Status.INFEASIBLE:
+            advice = (
+                f"{self.game.agent_names[agent]} has no plan free of overlap while the others keep "
+                "theirs; start from another profile or order, or lengthen the horizon"
+            )
+        return Solution(
+            self.game, "nash", status, advice, trace=tuple(self.trace), seconds=self.clock.spent
+        )
+
+
+def _start(game: Game, start: str | Profile) -> tuple[Profile, set[int]]:
+    """The first profile, and the agents in it that have no plan yet and are out of the way."""
+    if not isinstance(start, str):
+        require(
+            len(start) == len(game.agents),
+            "start",
+            "does not have one plan per agent",
+            "give a full profile",
+        )
+        return start, set()
+    require(start in STARTS, "start", f"is {start!r}", "write " + " or ".join(STARTS))
+    plans: list[Plan] = []
+    pending = set()
+    for i, agent in enumerate(game.agents):
+        plan = straight_plan(agent, game.horizon) if start == "straight" else None
+        if plan is None:
+            pending.add(i)
+            plan = _absent(agent, game.horizon)
+        plans.append(plan)
+    return tuple(plans), pending
+
+
+def _absent(agent: Agent, horizon: int) -> Plan:
+    """A stand-in that is never in traffic, for an agent that has not planned yet."""
+    means = np.tile(agent.start, (horizon + 1, 1))
+    return Plan(frozen_array(np.zeros((horizon, agent.control_dim))), frozen_array(means), 0)
+
+
+def check_order(game: Game, order: str | Sequence[int]) -> None:
+    """Refuse an order that is neither a known word nor a permutation of the agents."""
+    known = (
+        order in ORDERS
+        if isinstance(order, str)
+        else (sorted(order) == list(range(len(game.agents))))
+    )
+    if not known:
+        raise InputError(
+            "order",
+            f"is {order!r}",
+            "write " + ", ".join(ORDERS) + " or a permutation of the agents",
+        )

@@ -1,0 +1,129 @@
+"""Best responses: the paper's MP1 (one agent among obstacles) and MP2 (among moving agents)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from ppg_env import objective
+from ppg_env.errors import InputError, require
+from ppg_env.game import Game
+from ppg_env.plan import Profile
+from solvers.backend import check_solver
+from solvers.program import Program
+from solvers.search import Clock, Found, search
+from solvers.solution import ADVICE, Solution, Status
+
+CHARGES = {"selfish": objective.selfish, "pigou": objective.pigou}
+"""Who pays for an encounter: each agent for itself, or each also for the harm to the other."""
+
+
+def best_response(
+    game: Game,
+    agent: int,
+    profile: Profile | None = None,
+    *,
+    charge: str = "selfish",
+    solver: str = "HIGHS",
+    time_limit: float | None = None,
+) -> Solution:
+    """The cheapest plan of ``agent`` while all others keep theirs (MP2; MP1 if it is alone).
+
+    Parameters
+    ----------
+    game, agent, profile
+        The game, the index of the agent that plans, and everybody's plans (its own is ignored;
+        None only in a game of one agent).
+    charge
+        ``selfish`` minimises J_i; ``pigou`` adds the harm done to the others.
+    solver, time_limit
+        Name of a MILP solver that cvxpy knows; seconds, None for no limit.
+
+    Returns
+    -------
+    Solution
+        ``profile`` is the given one with the agent's plan replaced, ``value`` its shifted cost,
+        ``bound`` a proved lower bound on that.  Without a plan, ``status`` and ``advice`` say why.
+
+    Raises
+    ------
+    InputError
+        If there is no such agent, the profile does not fit, or the solver is not installed.
+    """
+    check_agent(game, agent)
+    check_charge(charge)
+    clock = Clock(time_limit)
+    found = respond(game, agent, profile, charge, check_solver(solver), clock)
+    status, advice = explain(game, found, (agent,))
+    return Solution(
+        game,
+        "best-response",
+        status,
+        advice,
+        found.profile,
+        found.evaluation,
+        f"shifted_cost[{agent}]",
+        found.value,
+        found.bound,
+        seconds=clock.spent,
+    )
+
+
+def respond(
+    game: Game, agent: int, profile: Profile | None, charge: str, solver: str, clock: Clock
+) -> Found:
+    """:func:`best_response` for arguments that were checked, without the story around it."""
+    if profile is None or len(profile) != len(game.agents):
+        require(
+            len(game.agents) == 1,
+            "profile",
+            "does not have one plan per agent",
+            "give everybody's plans",
+        )
+    return search(_program(game, agent, charge), profile, solver, clock)
+
+
+@lru_cache(maxsize=128)
+def _program(game: Game, agent: int, charge: str) -> Program:
+    """Compiled once per agent; only parameters change from one profile to the next."""
+    return Program(game, (agent,), CHARGES[charge](game, agent))
+
+
+def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, str]:
+    """Status and advice, with the agents whose goals are out of reach named."""
+    advice = ADVICE[found.status]
+    if found.status is Status.UNREACHABLE:
+        advice = unreachable_advice(game, movers)
+    elif found.detail and found.status is Status.ERROR:
+        advice += f" (it said: {found.detail})"
+    return found.status, advice
+
+
+def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
+    """Which goal cannot be reached in time, and what horizon would do."""
+    from ppg_env.dynamics import earliest_arrival
+
+    for i in movers:
+        agent = game.agents[i]
+        if earliest_arrival(agent, game.horizon) is None:
+            needed = earliest_arrival(agent, 10 * game.horizon)
+            remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
+            return (
+                f"{game.agent_names[i]} cannot reach its goal within the horizon of "
+                f"{game.horizon} even alone; {remedy}"
+            )
+    return ADVICE[Status.UNREACHABLE]
+
+
+def check_agent(game: Game, agent: int) -> None:
+    """Refuse an agent index that the game does not have."""
+    if not 0 <= agent < len(game.agents):
+        raise InputError(
+            "agent",
+            f"is {agent} in a game of {len(game.agents)}",
+            f"count from 0 to {len(game.agents) - 1}",
+        )
+
+
+def check_charge(charge: str) -> None:
+    """Refuse a word that is not in :data:`CHARGES`."""
+    require(charge in CHARGES, "charge", f"is {charge!r}", "write " + " or ".join(CHARGES))
