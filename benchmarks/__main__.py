@@ -1,0 +1,5 @@
+"""``python -m benchmarks`` is ``ppg``."""
+
+from benchmarks.cli import main
+
+main()

@@ -1,0 +1,58 @@
+"""The command ``ppg``: one verb per file of :mod:`benchmarks.commands`.
+
+Results go to stdout, progress and warnings to stderr.  Exit codes: 0 done, 2 bad input,
+3 no solution within the limits.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import typer
+
+from benchmarks.commands import VERBS
+from ppg_env.errors import InputError
+
+BAD_INPUT = 2
+
+app = typer.Typer(
+    name="ppg",
+    help="Path planning games: plan, certify, simulate and compare.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for name, command in VERBS.items():
+    app.command(name)(command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run ``ppg`` and leave with its exit code."""
+    warnings.showwarning = _Once()  # type: ignore[assignment]
+    try:
+        app(args=arguments)
+    except InputError as error:
+        print(f"ppg: {error}", file=sys.stderr)
+        raise SystemExit(BAD_INPUT) from None
+    except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
+        sys.stderr.close()
+        raise SystemExit(0) from None
+
+
+class _Once:
+    """Shows a warning as one line on stderr, and the same line only once."""
+
+    def __init__(self) -> None:
+        self.shown: set[str] = set()
+
+    def __call__(self, message: Warning | str, category: type[Warning], *_where: object) -> None:
+        line = f"ppg: {category.__name__}: {message}"
+        if line not in self.shown:
+            self.shown.add(line)
+            print(line, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,25 @@
+"""The verbs of ``ppg``, in the order in which the help lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from benchmarks.commands.bench import bench
+from benchmarks.commands.certify import certify
+from benchmarks.commands.compare import compare
+from benchmarks.commands.render import render
+from benchmarks.commands.risk import risk
+from benchmarks.commands.scenarios import scenarios
+from benchmarks.commands.show import show
+from benchmarks.commands.solve import solve
+
+VERBS: dict[str, Callable[..., None]] = {
+    "scenarios": scenarios,
+    "show": show,
+    "solve": solve,
+    "certify": certify,
+    "risk": risk,
+    "compare": compare,
+    "render": render,
+    "bench": bench,
+}

@@ -1,0 +1,45 @@
+"""``ppg render``: a picture of a plan, or of a game before anybody moves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from benchmarks.options import JsonOption, SeedOption, with_game_options
+from benchmarks.terminal import print_json
+
+
+@with_game_options
+def render(
+    target: Annotated[
+        str, typer.Argument(metavar="PLAN|GAME", help="A plan file (.json), or a game.")
+    ],
+    overrides: dict[str, Any],
+    out: Annotated[
+        str, typer.Option(metavar="PNG", help="Where to write the picture.")
+    ] = "plan.png",
+    as_json: JsonOption = False,
+    seed: SeedOption = 0,
+) -> None:
+    """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
+    from benchmarks.pictures import profile_picture
+    from ppg_env.errors import require
+    from ppg_env.make import make_game
+    from ppg_env.planfile import read_plan
+
+    if target.endswith(".json"):
+        require(
+            not overrides,
+            "--" + next(iter(overrides), "").replace("_", "-"),
+            "is for games",
+            "leave it out, since a plan carries its game",
+        )
+        game, profile, _ = read_plan(target)
+    else:
+        game, profile = make_game(target, **overrides), None
+    profile_picture(game, profile, out)
+    if as_json:
+        print_json({"picture": out})
+    else:
+        typer.echo(f"picture: {out}")

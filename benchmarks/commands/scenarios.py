@@ -1,0 +1,23 @@
+"""``ppg scenarios``: what there is to play."""
+
+from __future__ import annotations
+
+from benchmarks.options import JsonOption, SeedOption
+from benchmarks.terminal import print_json, print_table
+
+
+def scenarios(as_json: JsonOption = False, seed: SeedOption = 0) -> None:
+    """List the scenarios and families of games."""
+    from ppg_env.make import scenarios as listing
+
+    known = listing()
+    if as_json:
+        print_json({"scenarios": [{"call": call, "summary": text} for call, text in known.items()]})
+        return
+    print_table(
+        "Scenarios",
+        ("GAME", "what it is"),
+        list(known.items()),
+        "Families take arguments, as in 'circle(10, radius=90)'.",
+        texts=2,
+    )

@@ -1,0 +1,68 @@
+"""``ppg show``: a game in full."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_options
+from benchmarks.terminal import print_json, print_table
+
+
+@with_game_options
+def show(
+    game: GameArgument,
+    overrides: dict[str, Any],
+    out: Annotated[str | None, typer.Option(help="Write the game to this .toml file.")] = None,
+    as_json: JsonOption = False,
+    seed: SeedOption = 0,
+) -> None:
+    """Show a game: its agents, obstacles and weights; write it as a TOML file."""
+    from ppg_env.dynamics import earliest_arrival
+    from ppg_env.files import write_atomically
+    from ppg_env.gamefile import game_to_tables, game_to_toml
+    from ppg_env.make import make_game
+
+    made = make_game(game, **overrides)
+    if out is not None:
+        write_atomically(out, game_to_toml(made))
+        typer.echo(f"wrote {out}", err=True)
+    if as_json:
+        print_json(game_to_tables(made))
+        return
+    rows = []
+    for name, agent in zip(made.agent_names, made.agents, strict=True):
+        first = earliest_arrival(agent, made.horizon)
+        rows.append(
+            (
+                name,
+                _vector(agent.start),
+                _vector(agent.goal),
+                f"{agent.lam:g}",
+                agent.control.kind,
+                str(len(agent.shape.vertices)),
+                f"{agent.spectral_radius:.3g}",
+                "unreachable" if first is None else str(first),
+            )
+        )
+    print_table(
+        f"{made.name or game}: {len(made.agents)} agents, {len(made.obstacles)} obstacles",
+        (
+            "agent",
+            "start",
+            "goal",
+            "lam",
+            "speed set",
+            "corners",
+            "spectral radius",
+            "earliest arrival",
+        ),
+        rows,
+        f"horizon {made.horizon}, objective {made.objective}, margin cap {made.margin_cap:g}, "
+        f"crash cost {made.crash_cost:g}",
+    )
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"

@@ -1,0 +1,137 @@
+"""``ppg solve``: one solution of a game."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchmarks.options import (
+    GameArgument,
+    JsonOption,
+    SeedOption,
+    SolverOption,
+    TimeLimitOption,
+    with_game_options,
+)
+from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
+
+if TYPE_CHECKING:
+    from ppg_env.game import Game
+    from solvers.solution import Solution
+
+SOLUTIONS = ("nash", "potential", "social", "best-response")
+
+
+@with_game_options
+def solve(
+    game: GameArgument,
+    overrides: dict[str, Any],
+    solution: Annotated[
+        str, typer.Option(metavar="|".join(SOLUTIONS), help="What to solve for.")
+    ] = "nash",
+    agent: Annotated[int, typer.Option(help="Who plans in a best response.")] = 0,
+    against: Annotated[
+        str | None, typer.Option(metavar="PLAN", help="The others' plans (straight lines).")
+    ] = None,
+    start: Annotated[
+        str, typer.Option(metavar="straight|sequential", help="First profile of nash.")
+    ] = "straight",
+    order: Annotated[
+        str, typer.Option(metavar="cyclic|random|simultaneous", help="Who moves when.")
+    ] = "cyclic",
+    out: Annotated[
+        str | None, typer.Option(metavar="PLAN", help="Write the plan to this .json file.")
+    ] = None,
+    solver: SolverOption = "HIGHS",
+    time_limit: TimeLimitOption = None,
+    seed: SeedOption = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
+    from benchmarks.report import solution_report
+    from ppg_env.errors import require
+    from ppg_env.make import make_game
+    from ppg_env.planfile import write_plan
+
+    require(
+        solution in SOLUTIONS, "--solution", f"is {solution!r}", "write " + ", ".join(SOLUTIONS)
+    )
+    made = make_game(game, **overrides)
+    with working(f"{solution} of {game}"):
+        if solution == "best-response":
+            found = _best_response(made, agent, against, solver, time_limit)
+        elif solution == "nash":
+            from solvers.dynamics import best_response_dynamics
+
+            found = best_response_dynamics(
+                made, start=start, order=order, seed=seed, solver=solver, time_limit=time_limit
+            )
+        else:
+            from benchmarks.players import PLAYERS, Limits
+
+            found = PLAYERS[solution](made, Limits(solver, time_limit, seed))
+    report = solution_report(found)
+    if out is not None and found.profile is not None:
+        write_plan(out, made, found.profile, report)
+        typer.echo(f"wrote {out}", err=True)
+    if as_json:
+        print_json(report)
+        if found.profile is None:
+            raise typer.Exit(NO_SOLUTION)
+    elif found.profile is None:
+        no_solution(found.advice)
+    else:
+        _print(found)
+
+
+def _best_response(
+    game: Game, agent: int, against: str | None, solver: str, time_limit: float | None
+) -> Solution:
+    from benchmarks.players import PLAYERS, Limits
+    from ppg_env.errors import require
+    from ppg_env.planfile import read_plan
+    from solvers.response import best_response, check_agent
+
+    check_agent(game, agent)
+    if against is not None:
+        other, profile, _ = read_plan(against)
+        same = len(other.agents) == len(game.agents) and other.horizon == game.horizon
+        require(same, "--against", "is a plan of another game", "give a plan of this one")
+    else:
+        straight = PLAYERS["straight"](game, Limits())
+        if straight.profile is None:
+            return straight
+        profile = straight.profile
+    return best_response(game, agent, profile, solver=solver, time_limit=time_limit)
+
+
+def _print(found: Solution) -> None:
+    from benchmarks.report import game_name
+
+    judged = found.evaluation
+    assert judged is not None
+    rows = []
+    for i, name in enumerate(found.game.agent_names):
+        regret = "" if found.regret is None else f"{found.regret[i]:.1e}"
+        rows.append(
+            (
+                name,
+                times(judged.arrival[i : i + 1]),
+                f"{judged.shifted_cost[i]:.4f}",
+                f"{judged.deficit[i]:.4f}",
+                f"{judged.risk_sum[i]:.2e}",
+                regret,
+            )
+        )
+    proof = (
+        f"{found.minimised} = {found.value:.6g}, bound {found.bound:.6g}; "
+        if found.minimised
+        else ""
+    )
+    print_table(
+        f"{found.name} of {game_name(found.game)}: {found.status} ({found.advice})",
+        ("agent", "arrival", "shifted cost", "deficit", "risk bound", "regret at most"),
+        rows,
+        f"{proof}social cost {judged.social_cost:.6g}; {found.seconds:.2f} s",
+    )

@@ -1,0 +1,131 @@
+"""Pictures of ``compare`` and ``render``: what each player does, and what it costs.
+
+Needs the extra ``render`` (matplotlib).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.comparison import Row
+from benchmarks.report import game_name
+from ppg_env.errors import InputError
+from ppg_env.files import write_atomically
+from ppg_env.game import Game
+from ppg_env.plan import Profile
+from ppg_env.render import COLOURS, closest_approach, draw_game, draw_profile
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEGEND_AGENTS = 6
+"""With more agents a legend of names would crowd out the bars."""
+
+LEGEND = (
+    "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
+    "numbers: time   dark: closest approach"
+)
+
+
+def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
+    """Write a PNG of a profile, or of the game alone."""
+    figure = _figure(6.4, 6.2)
+    axes = figure.subplots()
+    if profile is None:
+        draw_game(axes, game)
+        axes.set_title(game_name(game))
+    else:
+        draw_profile(axes, game, profile)
+        axes.set_title(f"{game_name(game)}{_closest(game, profile)}", fontsize=10)
+    figure.supxlabel(LEGEND, fontsize=7)
+    _write(figure, path)
+
+
+def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
+    """Write a PNG: one panel of paths per player, arrival times and crash probabilities below."""
+    played = [row for row in rows if row.solution.profile is not None]
+    figure = _figure(max(3.3 * len(played), 6.6), 6.4)
+    grid = figure.add_gridspec(2, 1, height_ratios=(1.5, 1.0))
+    top = grid[0].subgridspec(1, len(played))
+    panels: list[Any] = []
+    for k, row in enumerate(played):
+        axes = figure.add_subplot(
+            top[k], sharex=panels[0] if k else None, sharey=panels[0] if k else None
+        )
+        assert row.solution.profile is not None
+        draw_profile(axes, game, row.solution.profile)
+        axes.set_title(f"{row.player}{_closest(game, row.solution.profile)}", fontsize=9)
+        if k:
+            axes.set_ylabel("")
+        panels.append(axes)
+    bottom = grid[1].subgridspec(1, 2)
+    _arrivals(figure.add_subplot(bottom[0]), game, played)
+    _crashes(figure.add_subplot(bottom[1]), played)
+    figure.suptitle(f"{game_name(game)}: objective {game.objective}, {_lams(game)}", fontsize=11)
+    figure.supxlabel(LEGEND, fontsize=7)
+    _write(figure, path)
+
+
+def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
+    count = len(game.agents)
+    for i, name in enumerate(game.agent_names):
+        places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
+        times = [row.solution.evaluation.arrival[i] for row in rows if row.solution.evaluation]
+        heights = [game.horizon if t is None else t for t in times]
+        axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
+    axes.set_xticks(range(len(rows)), [row.player for row in rows])
+    axes.set_ylabel("arrival (steps)")
+    if 1 < count <= LEGEND_AGENTS:
+        axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
+def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
+    """Log scale; an arrow from the upper limit down where no crash was seen."""
+    estimates = [row.any for row in rows if row.any is not None]
+    for k, estimate in enumerate(estimates):
+        if estimate.hits:
+            error = np.array([[estimate.value - estimate.low], [estimate.high - estimate.value]])
+            axes.errorbar(k, estimate.value, yerr=error, fmt="o", color="black", capsize=5)
+            label, height = f"{estimate.value:.1e}", estimate.value
+        else:
+            arrow = np.array([[0.6 * estimate.high], [0.0]])
+            axes.errorbar(k, estimate.high, arrow, uplims=True, fmt="_", color="black", capsize=4)
+            label, height = f"< {estimate.high:.0e}", estimate.high
+        axes.annotate(label, (k, height), xytext=(8, -3), textcoords="offset points", fontsize=8)
+    axes.set_yscale("log")
+    lowest = min(estimate.low or 0.3 * estimate.high for estimate in estimates)
+    axes.set_ylim(lowest / 3, 2.0)
+    axes.set_xlim(-0.5, len(rows) - 0.3)
+    axes.set_xticks(range(len(rows)), [row.player for row in rows])
+    axes.set_ylabel("Pr(anybody crashes)")
+    axes.grid(axis="y", alpha=0.3)
+
+
+def _closest(game: Game, profile: Profile) -> str:
+    time = closest_approach(game, profile)
+    return "" if time is None else f"   closest at t = {time}"
+
+
+def _lams(game: Game) -> str:
+    return "λ = " + ", ".join(f"{lam:g}" for lam in sorted({agent.lam for agent in game.agents}))
+
+
+def _figure(width: float, height: float) -> Figure:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError(
+            "picture", "needs matplotlib", "install path-planning-games[render], or use --json"
+        ) from None
+    return Figure(figsize=(width, height), layout="constrained")  # no display, no global state
+
+
+def _write(figure: Figure, path: str) -> None:
+    stream = BytesIO()
+    figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
+    write_atomically(path, stream.getvalue())

@@ -1,0 +1,78 @@
+"""What people see: tables on stdout, progress on stderr; and JSON for machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from ppg_env.montecarlo import Estimate
+
+NO_SOLUTION = 3
+PIPE_WIDTH = 120
+
+
+def print_json(content: Any) -> None:
+    """One JSON object on stdout."""
+    from ppg_env.planfile import to_json
+
+    typer.echo(to_json(content))
+
+
+def print_table(
+    title: str,
+    columns: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    note: str = "",
+    texts: int = 1,
+) -> None:
+    """A table on stdout; the first ``texts`` columns are words, the others numbers."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        caption=note or None,
+        caption_justify="left",
+    )
+    for k, column in enumerate(columns):
+        table.add_column(column, justify="left" if k < texts else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    if not console.is_terminal:  # a pipe has no width of its own
+        console = Console(width=PIPE_WIDTH)
+    console.print(table)
+
+
+@contextmanager
+def working(text: str) -> Iterator[Any]:
+    """A spinner on stderr while something runs; yields an object with ``update(text)``."""
+    from rich.console import Console
+
+    with Console(stderr=True).status(text) as status:
+        yield status
+
+
+def no_solution(advice: str) -> NoReturn:
+    """Say why there is no plan, and leave with exit code 3."""
+    typer.echo(f"ppg: no solution: {advice}.", err=True)
+    raise typer.Exit(NO_SOLUTION)
+
+
+def probability(estimate: Estimate) -> str:
+    """An estimate with its interval; no crash seen shows the upper limit, never zero."""
+    if estimate.hits == 0:
+        return f"< {estimate.high:.1e}"
+    return f"{estimate.value:.2e} [{estimate.low:.1e}, {estimate.high:.1e}]"
+
+
+def times(arrival: Sequence[int | None]) -> str:
+    """Arrival times in a row; a dash for a goal never reached."""
+    return " ".join("-" if t is None else str(t) for t in arrival)
