@@ -1,0 +1,66 @@
+"""Configuration of Sphinx."""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))  # for the extension `tables` beside this file
+
+project = "Path planning games"
+author = "The path planning games contributors"
+release = version = version_of("path-planning-games")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "tables",
+]
+exclude_patterns = ["_build"]
+smartquotes = False  # they would turn --json into a dash
+
+myst_enable_extensions = ["amsmath", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "groupwise"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True}
+napoleon_google_docstring = False
+napoleon_use_ivar = True  # attributes are documented once, in the class docstring
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = project
+html_show_copyright = False
+
+
+def read_house_style(
+    app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]
+) -> None:
+    """Turn what the docstrings of this project leave implicit into what Sphinx understands.
+
+    Indented formulas become literal blocks, and ``name : text`` in a list of attributes gets its
+    text below the name, where it does not count as a type.
+    """
+    if lines and lines[0].startswith("{"):  # a set: its bars are no substitutions
+        lines[0] = re.sub(r"^{.*?}", r"``\g<0>``", lines[0])
+    for k in range(len(lines) - 1, 1, -1):
+        opens = lines[k].startswith("    ") and not lines[k - 1].strip()
+        before = lines[k - 2]
+        if opens and before.strip() and not before.startswith((" ", "..")):
+            lines[k:k] = ["::", ""]
+    start = lines.index("Attributes") if "Attributes" in lines else len(lines)
+    for k in range(len(lines) - 1, start, -1):
+        if entry := re.match(r"([\w, ]+?) : (.*)", lines[k]):
+            names = entry[1].replace(", ", ",")  # Sphinx takes a word before a blank for a type
+            lines[k : k + 1] = [names, f"    {entry[2]}"]
+
+
+def setup(app: Any) -> None:
+    """Connect the hooks of this file."""
+    app.connect("autodoc-process-docstring", read_house_style, priority=400)  # before napoleon
