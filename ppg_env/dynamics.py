@@ -31,6 +31,12 @@ def covariances(agent: Agent, horizon: int) -> np.ndarray:
     return result
 
 
+def square_root(covariance: np.ndarray) -> np.ndarray:
+    """R with R R' = ``covariance``, which may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
 def reach_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray:
     """(H+1, F) largest value of a . xbar_t over all controls, for ``directions`` (F, n)."""
     drift, rows, total = agent.start, np.array(directions), np.zeros(len(directions))

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env.dynamics import square_root
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.plan import Profile
@@ -119,7 +120,7 @@ def deviations(
     """
     agents = game.agents
     state = [_draw(random, agent.sigma0, episodes) for agent in agents]
-    roots = [_root(agent.noise) for agent in agents]
+    roots = [square_root(agent.noise) for agent in agents]
     yield _positions(game, state)
     for _ in range(steps):
         for i, agent in enumerate(agents):
@@ -166,14 +167,8 @@ def _positions(game: Game, state: list[np.ndarray]) -> np.ndarray:
     return np.stack([errors[:, : game.dim] for errors in state], axis=1)
 
 
-def _draw(random: np.random.Generator, covariance: np.ndarray | float, episodes: int) -> np.ndarray:
-    root = _root(covariance)
+def _draw(random: np.random.Generator, covariance: np.ndarray, episodes: int) -> np.ndarray:
+    root = square_root(covariance)
     if not root.any():
         return np.zeros((episodes, len(root)))
     return random.standard_normal((episodes, len(root))) @ root.T
-
-
-def _root(covariance: np.ndarray | float) -> np.ndarray:
-    """A square root R of a covariance that may be singular: R R' = covariance."""
-    values, vectors = np.linalg.eigh(covariance)
-    return vectors * np.sqrt(np.maximum(values, 0.0))

@@ -1,0 +1,31 @@
+"""The environment under PettingZoo's names: ``parallel_env``, ``env`` (AEC) and ``raw_env``.
+
+    from ppg_env import path_planning_v0
+
+    env = path_planning_v0.parallel_env("head_on", speed="l1")
+
+See :class:`ppg_env.parallel.PathPlanningEnv` for spaces, rewards and options.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pettingzoo import AECEnv
+from pettingzoo.utils import parallel_to_aec, wrappers
+
+from ppg_env.parallel import PathPlanningEnv
+
+__all__ = ["env", "parallel_env", "raw_env"]
+
+parallel_env = PathPlanningEnv
+
+
+def raw_env(*arguments: Any, **options: Any) -> AECEnv:
+    """The environment as a turn-based (AEC) one; all moves of a step take effect together."""
+    return parallel_to_aec(PathPlanningEnv(*arguments, **options))
+
+
+def env(*arguments: Any, **options: Any) -> AECEnv:
+    """:func:`raw_env` with PettingZoo's check of the order of calls."""
+    return wrappers.OrderEnforcingWrapper(raw_env(*arguments, **options))

@@ -1,0 +1,171 @@
+"""A game and its rules as flat arrays, the form in which the simulation kernel reads them.
+
+States of agents with fewer components than the largest are padded with zeros.  Sizes: N agents,
+E encounters, n state components, m inputs, d position components.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ppg_env.dynamics import square_root
+from ppg_env.evaluate import encounter_units
+from ppg_env.game import Game
+from ppg_env.polytope import Polytope
+from ppg_env.rules import Rules
+
+FREE, BOX, POLYGON, FACES = range(4)
+"""How inputs are projected: not at all, per component, on a convex polygon, on half-spaces."""
+
+NEVER = 2**31 - 1
+"""An arrival time that no episode reaches."""
+
+
+class Tables(NamedTuple):
+    """What the kernel needs to know.
+
+    state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.kernel`;
+    start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
+    A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
+    projection (N,) with low, high (N, m); edges (see :func:`_edges`) and faces of the control
+    sets, concatenated, those of agent i from ``first_edge[i]`` and ``first_input[i]`` on;
+    pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on;
+    units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
+    time_price (N,) = lam, crash_price (N,) = (1 - lam) kappa, margin_price (N,) = 1 - lam;
+    schedule (N,), centre (d,) and scale of observations.
+    """
+
+    state_axes: tuple[int, ...]
+    input_axes: tuple[int, ...]
+    axes: tuple[int, ...]
+    start: np.ndarray
+    goal: np.ndarray
+    goal_size: np.ndarray
+    tolerance: float
+    A: np.ndarray
+    B: np.ndarray
+    root: np.ndarray
+    start_root: np.ndarray
+    random_start: bool
+    projection: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    edges: np.ndarray
+    first_edge: np.ndarray
+    input_normals: np.ndarray
+    input_offsets: np.ndarray
+    first_input: np.ndarray
+    pair: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    first_face: np.ndarray
+    units: np.ndarray
+    margin_cap: float
+    time_price: np.ndarray
+    crash_price: np.ndarray
+    margin_price: np.ndarray
+    schedule: np.ndarray
+    scheduled: bool
+    stay: bool
+    remove_crashed: bool
+    margin_reward: bool
+    social: bool
+    max_cycles: int
+    centre: np.ndarray
+    scale: float
+
+
+def make_tables(game: Game, rules: Rules) -> Tables:
+    """Flatten ``game`` under ``rules``."""
+    agents, encounters, d = game.agents, game.encounters, game.dim
+    N, n = len(agents), max(agent.state_dim for agent in agents)
+    m = max(agent.control_dim for agent in agents)
+    start, goal = np.zeros((N, n)), np.zeros((N, n))
+    A, B, root, start_root = (np.zeros((N, n, k)) for k in (n, m, n, n))
+    low, high = np.zeros((N, m)), np.zeros((N, m))
+    for i, agent in enumerate(agents):
+        k, inputs = agent.state_dim, agent.control_dim
+        start[i, :k], goal[i, : agent.goal.size] = agent.start, agent.goal
+        A[i, :k, :k], B[i, :k, :inputs] = agent.A, agent.B
+        root[i, :k, :k], start_root[i, :k, :k] = square_root(agent.noise), square_root(agent.sigma0)
+        low[i, :inputs] = -agent.control.support(-np.eye(inputs))
+        high[i, :inputs] = agent.control.support(np.eye(inputs))
+    edges = [_edges(agent.control) for agent in agents]
+    inputs_faces = [agent.control.faces for agent in agents]
+    wide = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in inputs_faces]
+    places = np.array([[*agent.start[:d], *agent.goal[:d]] for agent in agents]).reshape(-1, d)
+    spread = np.ptp(places, axis=0)
+    return Tables(
+        state_axes=(0,) * n,
+        input_axes=(0,) * m,
+        axes=(0,) * d,
+        start=start,
+        goal=goal,
+        goal_size=np.array([agent.goal.size for agent in agents]),
+        tolerance=float(rules.tolerance),
+        A=A,
+        B=B,
+        root=root,
+        start_root=start_root,
+        random_start=bool(start_root.any()),
+        projection=np.array([_projection(game, rules, i) for i in range(N)]),
+        low=low,
+        high=high,
+        edges=np.concatenate(edges),
+        first_edge=_firsts([len(rows) for rows in edges]),
+        input_normals=np.concatenate(wide),
+        input_offsets=np.concatenate([b for _, b in inputs_faces]),
+        first_input=_firsts([len(a) for a in wide]),
+        pair=np.array(
+            [(e.agents[0], e.agents[1] if len(e.agents) == 2 else -1) for e in encounters],
+            dtype=np.int64,
+        ).reshape(-1, 2),
+        normals=_stack([e.collision.normals for e in encounters], (0, d)),
+        offsets=_stack([e.collision.offsets for e in encounters], (0,)),
+        first_face=_firsts([len(e.collision.offsets) for e in encounters]),
+        units=np.hstack(
+            [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in encounters)]
+        ),
+        margin_cap=game.margin_cap,
+        time_price=np.array([agent.lam for agent in agents]),
+        crash_price=np.array([(1 - agent.lam) * game.crash_cost for agent in agents]),
+        margin_price=np.array([1 - agent.lam for agent in agents]),
+        schedule=np.array(rules.schedule or [NEVER] * N, dtype=np.int64),
+        scheduled=rules.arrival == "schedule",
+        stay=rules.on_goal == "stay",
+        remove_crashed=rules.on_crash == "remove",
+        margin_reward=rules.reward == "margin",
+        social=rules.sharing == "social",
+        max_cycles=rules.steps(game),
+        centre=(places.max(axis=0) + places.min(axis=0)) / 2,
+        scale=max(float(spread.max()) / 2, 1.0),
+    )
+
+
+def _projection(game: Game, rules: Rules, agent: int) -> int:
+    control = game.agents[agent].control
+    if rules.saturation == "none":
+        return FREE
+    if control.kind == "box" or control.dim == 1:
+        return BOX
+    return POLYGON if control.dim == 2 else FACES
+
+
+def _edges(control: Polytope) -> np.ndarray:
+    """(K, 5) edges of a polygon, counter-clockwise: corner, unit tangent, length; else none."""
+    if control.dim != 2:
+        return np.zeros((0, 5))
+    corners = control.vertices
+    along = np.roll(corners, -1, axis=0) - corners
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    return np.hstack([corners, along / np.maximum(length, 1e-300), length])
+
+
+def _firsts(sizes: list[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+
+def _stack(parts: list[np.ndarray], empty: tuple[int, ...]) -> np.ndarray:
+    return np.concatenate([np.zeros(empty), *parts])
