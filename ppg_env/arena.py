@@ -1,0 +1,167 @@
+r"""Players against each other in the environment: arrivals, crashes, expected cost, with intervals.
+
+Episodes run in blocks of copies that all start together; each block's noise comes from the seed
+and the block's number alone, so that all players meet the same noise (common random numbers) and
+results do not depend on block order or workers.  Cost is the environment's money: lam per step in
+traffic and (1 - lam) kappa at a crash, whatever reward the game is played for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppg_env.errors import require
+from ppg_env.game import Game
+from ppg_env.montecarlo import Estimate, proportion
+from ppg_env.players import Player, View
+from ppg_env.rules import Rules
+from ppg_env.simulator import Simulator
+
+COPIES = 4096
+"""Copies per block."""
+
+OUT = 2
+"""The status of an agent that is out of the game, see :mod:`ppg_env.kernel`."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over episodes with its normal confidence interval; nan where nothing was seen."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """Outcome of every episode, in order: (episodes, N) arrays.
+
+    Attributes
+    ----------
+    arrival : time of arrival; 0 where the agent did not arrive.
+    arrived, crashed : whether it ever did.
+    cost : its total cost.
+    """
+
+    arrival: np.ndarray
+    arrived: np.ndarray
+    crashed: np.ndarray
+    cost: np.ndarray
+
+    def summary(self, confidence: float = 0.95) -> Summary:
+        """Means and proportions with intervals."""
+        return Summary(
+            arrival=[
+                _mean(times[there], confidence)
+                for times, there in zip(self.arrival.T, self.arrived.T, strict=True)
+            ],
+            success=[_share(column, confidence) for column in self.arrived.T],
+            crash=[_share(column, confidence) for column in self.crashed.T],
+            crash_any=_share(np.any(self.crashed, axis=1), confidence),
+            cost=[_mean(column, confidence) for column in self.cost.T],
+            cost_mean=_mean(self.cost.mean(axis=1), confidence),
+        )
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Per agent: ``arrival`` (of those who arrive), ``success``, ``crash``, ``cost``; and for all
+    together ``crash_any`` and ``cost_mean`` (mean over agents), each with its interval.
+    """
+
+    arrival: list[Mean]
+    success: list[Estimate]
+    crash: list[Estimate]
+    crash_any: Estimate
+    cost: list[Mean]
+    cost_mean: Mean
+
+
+def evaluate(
+    game: Game,
+    players: Sequence[Player],
+    episodes: int,
+    seed: int = 0,
+    *,
+    rules: Rules | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Episodes:
+    """Let ``players``, one per agent, play ``episodes`` of ``game`` under ``rules``.
+
+    ``progress`` is called with the number of episodes finished since the last call.
+
+    Raises
+    ------
+    InputError
+        If there is not one player per agent, or no episode to play.
+    """
+    require(
+        len(players) == len(game.agents),
+        "players",
+        f"are {len(players)} for {len(game.agents)} agents",
+        "give one per agent",
+    )
+    require(episodes >= 1, "episodes", f"is {episodes}", "ask for at least one")
+    parts = []
+    for block in range(-(-episodes // COPIES)):
+        wanted = min(COPIES, episodes - block * COPIES)
+        starts, noise = np.random.SeedSequence(seed, spawn_key=(block,)).spawn(2)
+        simulator = Simulator(game, rules, wanted, starts)
+        parts.append(_play(simulator, players, np.random.Generator(np.random.SFC64(noise))))
+        if progress is not None:
+            progress(wanted)
+    return Episodes(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _play(
+    simulator: Simulator, players: Sequence[Player], random: np.random.Generator
+) -> tuple[np.ndarray, ...]:
+    """One block from start to end; (C, N) arrival, arrived, crashed, cost."""
+    C, N, n = simulator.state.shape
+    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
+    sizes = [agent.control_dim for agent in simulator.game.agents]
+    arrival = np.zeros((C, N))
+    arrived, crashed = np.zeros((C, N), dtype=bool), np.zeros((C, N), dtype=bool)
+    cost = np.zeros((C, N))
+    time_price = simulator.tables.time_price
+    crash_price = simulator.tables.crash_price
+    action = np.zeros((C, N, simulator.action_size))
+    observation = simulator.reset()
+    while simulator.alive.any():
+        traffic = simulator.status == 0
+        for i, player in enumerate(players):
+            if traffic[:, i].any():
+                view = View(observation[:, i], simulator.state, traffic, simulator.clock)
+                action[:, i, : sizes[i]] = player.act(view)
+        cost += traffic * time_price
+        step = simulator.step(action, random.standard_normal(out=noise)[:C], restart=False)
+        observation = step.observation
+        live = np.any(step.acting, axis=1, keepdims=True)
+        cost += (step.crashed & live) * crash_price
+        fresh = step.arrived & live
+        arrival[fresh] = np.broadcast_to(simulator.clock[:, None], (C, N))[fresh]
+        arrived |= fresh
+        crashed |= step.crashed & live
+        # Without restart the kernel would let agents that the time limit cut off drive on.
+        simulator.status[~simulator.alive.any(axis=1)] = OUT
+    return arrival, arrived, crashed, cost
+
+
+def _share(hits: np.ndarray, confidence: float) -> Estimate:
+    return proportion(int(hits.sum()), len(hits), confidence)
+
+
+def _mean(values: np.ndarray, confidence: float) -> Mean:
+    from scipy.stats import norm
+
+    if not values.size:
+        return Mean(float("nan"), float("nan"), float("nan"))
+    value = float(values.mean())
+    half = 0.0
+    if values.size > 1:
+        half = float(norm.ppf(0.5 + confidence / 2) * values.std(ddof=1) / np.sqrt(values.size))
+    return Mean(value, value - half, value + half)
