@@ -28,13 +28,13 @@ def draw_game(axes: Axes, game: Game) -> None:
     from matplotlib.patches import Polygon
 
     for obstacle in game.obstacles:
-        axes.add_patch(Polygon(_outline(obstacle.vertices), color="0.75", zorder=0))
+        axes.add_patch(Polygon(outline(obstacle.vertices), color="0.75", zorder=0))
     for i, agent in enumerate(game.agents):
         colour = COLOURS[i % len(COLOURS)]
         _body(axes, agent.shape.vertices, agent.start[: game.dim], colour, 0.15)
         goal = agent.goal[: game.dim]
         axes.plot(
-            *_plane(goal),
+            *plane(goal),
             marker="*",
             markersize=11,
             color=colour,
@@ -55,18 +55,18 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
     shared = np.unique(np.linspace(0, max(last), BODY_TIMES + 2).round().astype(int))[1:-1]
     for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
         colour, path = COLOURS[i % len(COLOURS)], plan.means[: last[i] + 1, : game.dim]
-        axes.plot(*_plane(path.T), color=colour, marker=".", markersize=4, linewidth=1.2, zorder=3)
+        axes.plot(*plane(path.T), color=colour, marker=".", markersize=4, linewidth=1.2, zorder=3)
         spread = covariances(agent, game.horizon)[:, : game.dim, : game.dim]
         for t in sorted({*shared.tolist(), closest} & set(range(last[i]))):
             _body(axes, agent.shape.vertices, path[t], colour, 0.45 if t == closest else 0.12)
             _ellipse(axes, path[t], spread[t], colour)
             axes.annotate(
-                str(t), _plane(path[t]), xytext=(2, 2), textcoords="offset points", fontsize=6
+                str(t), plane(path[t]), xytext=(2, 2), textcoords="offset points", fontsize=6
             )
         if plan.arrival is not None:
             axes.annotate(
                 f"T = {plan.arrival}",
-                _plane(path[-1]),
+                plane(path[-1]),
                 xytext=(0, 9),
                 textcoords="offset points",
                 color=colour,
@@ -87,12 +87,12 @@ def closest_approach(game: Game, profile: Profile) -> int | None:
     return int(np.unravel_index(margins.argmin(), margins.shape)[1])
 
 
-def _plane(points: np.ndarray) -> tuple[Any, Any]:
+def plane(points: np.ndarray) -> tuple[Any, Any]:
     """The first two coordinates; agents on a line are drawn on the x axis."""
     return (points[0], points[1]) if len(points) > 1 else (points[0], np.zeros_like(points[0]))
 
 
-def _outline(vertices: np.ndarray) -> np.ndarray:
+def outline(vertices: np.ndarray) -> np.ndarray:
     """(V, 2) outline of a body; the shadow on the first two axes in three dimensions."""
     if vertices.shape[1] == 2:
         return vertices
@@ -111,9 +111,9 @@ def _body(
 ) -> None:
     from matplotlib.patches import Polygon
 
-    outline = _outline(vertices) + np.array(_plane(position))
-    axes.add_patch(Polygon(outline, facecolor=colour, alpha=alpha, zorder=1))
-    axes.add_patch(Polygon(outline, fill=False, edgecolor=colour, linewidth=0.7, zorder=2))
+    edge = outline(vertices) + np.array(plane(position))
+    axes.add_patch(Polygon(edge, facecolor=colour, alpha=alpha, zorder=1))
+    axes.add_patch(Polygon(edge, fill=False, edgecolor=colour, linewidth=0.7, zorder=2))
 
 
 def _ellipse(axes: Axes, position: np.ndarray, covariance: np.ndarray, colour: str) -> None:
@@ -126,7 +126,7 @@ def _ellipse(axes: Axes, position: np.ndarray, covariance: np.ndarray, colour: s
     angle = np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))
     axes.add_patch(
         Ellipse(
-            _plane(position),
+            plane(position),
             width,
             height,
             angle=angle,
