@@ -1,9 +1,14 @@
 r"""Players side by side in one game: arrival, cost, safety, and crashes from simulation.
 
-Every profile is played open loop on its own schedule with its feedback gain, under the same
-noise.  Expected cost is in the money of the ``risk`` objective and of the environment's reward,
+Two arenas, never mixed in one table:
 
-    lam_i T_i + (1 - lam_i) kappa Pr(i crashes),       averaged over the agents.
+    schedule   every profile runs on its own schedule with its feedback gain, as the paper counts:
+               agent i leaves at its planned T_i, inputs are not limited, crashed agents go on
+    env        the environment under its default rules: arrival within a region, inputs projected
+               on the control set, crashed agents leave
+
+All players meet the same noise.  Expected cost is in the money of the ``risk`` objective and of
+the environment's reward, lam per step and (1 - lam) kappa for a crash, averaged over the agents.
 """
 
 from __future__ import annotations
@@ -14,12 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.players import PLAYERS, Limits
+from benchmarks.players import Limits, plan_of, policies_of
 from benchmarks.report import evaluation_report, game_name
+from ppg_env import arena as environment
 from ppg_env.game import Game
 from ppg_env.montecarlo import CrashCounts, Estimate, crash_counts, proportion
+from ppg_env.plan import Profile
+from ppg_env.players import information, track
 from solvers.solution import Solution
 
+ARENAS = ("schedule", "env")
 CONFIDENCE = 0.95
 
 
@@ -33,14 +42,33 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Played:
+    """What simulation showed of a player.
+
+    Attributes
+    ----------
+    information : what it observes: open loop, own state or full state.
+    arrival : per agent its arrival time, or in ``env`` the mean over episodes that arrive.
+    success : per agent the share of episodes that arrive; None on schedule.
+    crash, crash_any : crash probability per agent and of anybody.
+    expected_cost : mean over agents.
+    """
+
+    information: str
+    arrival: tuple[float, ...]
+    success: tuple[Estimate, ...] | None
+    crash: tuple[Estimate, ...]
+    crash_any: Estimate
+    expected_cost: Interval
+
+
+@dataclass(frozen=True)
 class Row:
-    """One player's result; crash estimates are None where it has no plan to play."""
+    """One player's plans and their simulation; ``played`` is None where there is no plan."""
 
     player: str
     solution: Solution
-    agents: tuple[Estimate, ...] = ()
-    any: Estimate | None = None
-    expected_cost: Interval | None = None
+    played: Played | None
 
 
 def compare(
@@ -49,95 +77,110 @@ def compare(
     episodes: int,
     limits: Limits,
     *,
+    arena: str = "schedule",
     workers: int = 1,
     progress: Callable[[str], None] = lambda _player: None,
 ) -> list[Row]:
-    """Let each of ``players`` (names of :data:`PLAYERS`) plan, and simulate ``episodes`` of it."""
+    """Let each of ``players`` plan, and simulate ``episodes`` of it in ``arena``."""
     rows = []
     for player in players:
         progress(player)
-        solution = PLAYERS[player](game, limits)
-        if solution.profile is None:
-            rows.append(Row(player, solution))
-            continue
-        counts = crash_counts(game, solution.profile, episodes, limits.seed, workers=workers)
-        each, anybody = counts.estimates(CONFIDENCE)
-        rows.append(Row(player, solution, tuple(each), anybody, expected_cost(solution, counts)))
+        solution = plan_of(player, game, limits)
+        played = None
+        if solution.profile is not None and arena == "schedule":
+            counts = crash_counts(game, solution.profile, episodes, limits.seed, workers=workers)
+            played = _on_schedule(game, solution.profile, counts)
+        elif solution.profile is not None:
+            policies = policies_of(player, game, solution.profile, limits)
+            results = environment.evaluate(game, policies, episodes, limits.seed)
+            played = _in_environment(results.summary(CONFIDENCE), information(policies))
+        rows.append(Row(player, solution, played))
     return rows
 
 
-def expected_cost(solution: Solution, counts: CrashCounts) -> Interval:
-    """Mean expected cost over the agents.
+def _in_environment(found: environment.Summary, seen: str) -> Played:
+    cost = found.cost_mean
+    return Played(
+        information=seen,
+        arrival=tuple(mean.value for mean in found.arrival),
+        success=tuple(found.success),
+        crash=tuple(found.crash),
+        crash_any=found.crash_any,
+        expected_cost=Interval(cost.value, cost.low, cost.high),
+    )
+
+
+def _on_schedule(game: Game, profile: Profile, counts: CrashCounts) -> Played:
+    each, anybody = counts.estimates(CONFIDENCE)
+    times = tuple(float("inf") if plan.arrival is None else plan.arrival for plan in profile)
+    return Played(
+        information=information(track(game, profile)),
+        arrival=times,
+        success=None,
+        crash=tuple(each),
+        crash_any=anybody,
+        expected_cost=expected_cost(game, times, counts),
+    )
+
+
+def expected_cost(game: Game, arrival: Sequence[float], counts: CrashCounts) -> Interval:
+    """Mean over agents of lam T + (1 - lam) kappa Pr(crash).
 
     The limits combine one Clopper-Pearson interval per agent at confidence 1 - 0.05/N, so that
     together they hold with 95 % (Bonferroni).
     """
-    agents = solution.game.agents
-    each = [
-        proportion(int(hits), counts.samples, 1 - (1 - CONFIDENCE) / len(agents))
-        for hits in counts.agents
-    ]
-    assert solution.evaluation is not None
-    time = sum(
-        agent.lam * (solution.game.horizon if arrival is None else arrival)
-        for agent, arrival in zip(agents, solution.evaluation.arrival, strict=True)
-    )
+    level = 1 - (1 - CONFIDENCE) / len(game.agents)
+    each = [proportion(int(hits), counts.samples, level) for hits in counts.agents]
+    time = sum(agent.lam * t for agent, t in zip(game.agents, arrival, strict=True))
+    fines = [(1 - agent.lam) * game.crash_cost for agent in game.agents]
 
     def mean(shares: Sequence[float]) -> float:
-        fines = [(1 - agent.lam) * solution.game.crash_cost for agent in agents]
-        return float(time + np.dot(fines, shares)) / len(agents)
+        return float(time + np.dot(fines, shares)) / len(game.agents)
 
     return Interval(
         mean([e.value for e in each]), mean([e.low for e in each]), mean([e.high for e in each])
     )
 
 
-def information(game: Game) -> str:
-    """What the players of a plan observe while they play it."""
-    return "own state" if any(np.any(agent.gain) for agent in game.agents) else "open loop"
-
-
-def comparison_report(game: Game, rows: Sequence[Row], episodes: int, seed: int) -> dict[str, Any]:
+def comparison_report(
+    game: Game, rows: Sequence[Row], arena: str, episodes: int, seed: int
+) -> dict[str, Any]:
     """What ``ppg compare --json`` prints."""
     return {
         "scenario": game_name(game),
         "objective": game.objective,
         "lam": [agent.lam for agent in game.agents],
-        "arena": "schedule",
+        "arena": arena,
         "episodes": episodes,
         "seed": seed,
         "confidence": CONFIDENCE,
-        "rows": [_row_report(game, row) for row in rows],
+        "rows": [_row_report(row) for row in rows],
     }
 
 
-def _row_report(game: Game, row: Row) -> dict[str, Any]:
-    solution = row.solution
+def _row_report(row: Row) -> dict[str, Any]:
+    solution, played = row.solution, row.played
     head = {
         "player": row.player,
         "status": str(solution.status),
         "advice": solution.advice,
-        "information": information(game),
         "seconds": solution.seconds,
     }
-    if solution.evaluation is None or row.any is None or row.expected_cost is None:
+    if solution.evaluation is None or played is None:
         return head
+    success = played.success and [estimate_report(share) for share in played.success]
     return {
         **head,
         **evaluation_report(solution.evaluation),
-        "arrival_mean": arrival_mean(solution),
+        "information": played.information,
         "regret": solution.regret,
-        "crash_probability": estimate_report(row.any),
-        "crash_probability_agents": [estimate_report(estimate) for estimate in row.agents],
-        "expected_cost": vars(row.expected_cost),
+        "played_arrival": played.arrival,
+        "arrival_mean": float(np.mean(played.arrival)),
+        "success": success,
+        "crash_probability": estimate_report(played.crash_any),
+        "crash_probability_agents": [estimate_report(estimate) for estimate in played.crash],
+        "expected_cost": vars(played.expected_cost),
     }
-
-
-def arrival_mean(solution: Solution) -> float:
-    """Mean arrival over the agents; infinite if one never arrives."""
-    assert solution.evaluation is not None
-    times = [np.inf if t is None else float(t) for t in solution.evaluation.arrival]
-    return float(np.mean(times))
 
 
 def estimate_report(estimate: Estimate) -> dict[str, float]:

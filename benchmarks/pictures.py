@@ -48,7 +48,7 @@ def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
 
 def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
     """Write a PNG: one panel of paths per player, arrival times and crash probabilities below."""
-    played = [row for row in rows if row.solution.profile is not None]
+    played = [row for row in rows if row.played is not None]
     figure = _figure(max(3.3 * len(played), 6.6), 6.4)
     grid = figure.add_gridspec(2, 1, height_ratios=(1.5, 1.0))
     top = grid[0].subgridspec(1, len(played))
@@ -75,8 +75,8 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
     count = len(game.agents)
     for i, name in enumerate(game.agent_names):
         places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
-        times = [row.solution.evaluation.arrival[i] for row in rows if row.solution.evaluation]
-        heights = [game.horizon if t is None else t for t in times]
+        times = np.array([row.played.arrival[i] for row in rows if row.played])
+        heights = np.where(np.isfinite(times), times, 0.0)  # nobody arrived: no bar
         axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
     axes.set_xticks(range(len(rows)), [row.player for row in rows])
     axes.set_ylabel("arrival (steps)")
@@ -86,7 +86,7 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
 
 def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
     """Log scale; an arrow from the upper limit down where no crash was seen."""
-    estimates = [row.any for row in rows if row.any is not None]
+    estimates = [row.played.crash_any for row in rows if row.played is not None]
     for k, estimate in enumerate(estimates):
         if estimate.hits:
             error = np.array([[estimate.value - estimate.low], [estimate.high - estimate.value]])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ppg_env.errors import InputError
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
-from ppg_env.plan import straight_plan
+from ppg_env.plan import Profile, straight_plan
+from ppg_env.players import Player, track
 from solvers.solution import Solution, Status
 
 
@@ -58,7 +59,7 @@ def straight(game: Game, _limits: Limits) -> Solution:
     return Solution(game, "straight", Status.FEASIBLE, advice, profile, judged)
 
 
-PLAYERS: dict[str, Callable[[Game, Limits], Solution]] = {
+PLANNERS: dict[str, Callable[[Game, Limits], Solution]] = {
     "nash": nash,
     "potential": potential,
     "social": social,
@@ -66,14 +67,37 @@ PLAYERS: dict[str, Callable[[Game, Limits], Solution]] = {
 }
 
 
-def chosen_players(text: str) -> list[str]:
-    """Player names of a comma-separated list, checked."""
+RECEDING = "receding"
+"""Starts with the plans of ``nash`` and makes them anew every few steps; for the environment."""
+
+
+def plan_of(player: str, game: Game, limits: Limits) -> Solution:
+    """The plans that a player starts from."""
+    return PLANNERS["nash" if player == RECEDING else player](game, limits)
+
+
+def policies_of(player: str, game: Game, profile: Profile, limits: Limits) -> Sequence[Player]:
+    """Who plays each agent in the environment."""
+    if player == RECEDING:
+        from solvers.players import receding_horizon
+
+        return receding_horizon(game, profile, solver=limits.solver)
+    return track(game, profile)
+
+
+def chosen_players(text: str, arena: str = "schedule") -> list[str]:
+    """Player names of a comma-separated list, checked against what the arena can play."""
+    known = [*PLANNERS, RECEDING] if arena == "env" else list(PLANNERS)
     names = [name.strip() for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in PLAYERS]
+    unknown = [name for name in names if name not in known]
+    if RECEDING in unknown:
+        raise InputError(
+            "--players", f"has {RECEDING}, which needs the environment", "add --arena env"
+        )
     if unknown or not names:
         raise InputError(
             "--players",
             f"has {unknown[0]!r}" if unknown else "is empty",
-            "use names of " + ", ".join(PLAYERS),
+            "use names of " + ", ".join(known),
         )
     return list(dict.fromkeys(names))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ppg_env.montecarlo import Estimate
 
 NO_SOLUTION = 3
-PIPE_WIDTH = 120
+PIPE_WIDTH = 124
 
 
 def print_json(content: Any) -> None:
@@ -38,6 +38,8 @@ def print_table(
         title=title,
         title_justify="left",
         box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        collapse_padding=True,
         caption=note or None,
         caption_justify="left",
     )

@@ -29,6 +29,26 @@ if TYPE_CHECKING:
     from benchmarks.comparison import Interval, Row
     from ppg_env.game import Game
 
+SCHEDULE_COLUMNS = (
+    "player",
+    "sees",
+    "arrival",
+    "social cost",
+    "regret <=",
+    "crash probability",
+    "risk bound",
+    "expected cost",
+)
+ENV_COLUMNS = ("player", "sees", "arrival", "arrived %", "crash probability", "expected cost")
+NOTES = {
+    "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
+    "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
+    "agents. Overlap: the plan's own means collide.",
+    "env": "In the environment: arrival within a region, inputs projected, crashed agents leave; "
+    "{episodes:,} episodes, 95 % intervals. Arrival: mean over episodes that arrive. Crash: "
+    "anybody. Expected cost: lam per step, (1 - lam) {kappa:g} for a crash, mean over agents.",
+}
+
 
 @with_game_options
 def compare(
@@ -38,6 +58,9 @@ def compare(
         str, typer.Option(help="Players, by name.")
     ] = "nash,potential,social,straight",
     episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes per player.")] = 200_000,
+    arena: Annotated[
+        str, typer.Option(metavar="schedule|env", help="Plans on schedule, or the environment.")
+    ] = "schedule",
     out: Annotated[
         str | None, typer.Option(metavar="PNG", help="Picture (default out/compare-GAME.png).")
     ] = None,
@@ -48,13 +71,15 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare players in one game: arrival, cost, safety, and crashes from simulation."""
+    from benchmarks.comparison import ARENAS, comparison_report
     from benchmarks.comparison import compare as run
-    from benchmarks.comparison import comparison_report
     from benchmarks.players import Limits, chosen_players
+    from ppg_env.errors import require
     from ppg_env.make import make_game
     from solvers.backend import check_solver
 
-    names = chosen_players(players)
+    require(arena in ARENAS, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
+    names = chosen_players(players, arena)
     made = make_game(game, **overrides)
     limits = Limits(check_solver(solver), time_limit, seed)
     with working(f"comparing in {game}") as status:
@@ -63,67 +88,79 @@ def compare(
             names,
             episodes,
             limits,
+            arena=arena,
             workers=workers,
             progress=lambda player: status.update(f"{player} in {game}"),
         )
     nobody = all(row.solution.profile is None for row in rows)
     if as_json:
-        print_json(comparison_report(made, rows, episodes, seed))
+        print_json(comparison_report(made, rows, arena, episodes, seed))
         if nobody:
             raise typer.Exit(NO_SOLUTION)
     elif nobody:
         no_solution(rows[0].solution.advice)
     else:
-        _print(made, rows, episodes)
+        _print(made, rows, arena, episodes)
     if out is not None or not as_json:
         _draw(made, rows, out)
 
 
-def _print(game: Game, rows: list[Row], episodes: int) -> None:
-    from benchmarks.comparison import information
+def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
     from benchmarks.report import game_name
 
-    lines = []
-    for row in rows:
-        judged, solution = row.solution.evaluation, row.solution
-        if judged is None or row.any is None or row.expected_cost is None:
-            lines.append((row.player, *[""] * 5, f"{solution.status}: {solution.advice}"))
-            continue
-        regret = "" if solution.regret is None else f"{solution.regret.max():.0e}"
-        overlap = "" if judged.feasible else "overlap"
-        lines.append(
-            (
-                row.player,
-                times(judged.arrival),
-                overlap or f"{judged.social_cost:.4f}",
-                regret,
-                probability(row.any),
-                overlap or f"{judged.risk_sum_any:.1e}",
-                f"{row.expected_cost.value:.3f} ± {_half_width(row.expected_cost):.3f}",
-            )
-        )
+    cells = _schedule_cells if arena == "schedule" else _env_cells
+    heads = SCHEDULE_COLUMNS if arena == "schedule" else ENV_COLUMNS
+    lines = [
+        cells(row)
+        if row.played
+        else (row.player, str(row.solution.status), *[""] * (len(heads) - 2))
+        for row in rows
+    ]
+    failures = [f"{row.player}: {row.solution.advice}." for row in rows if not row.played]
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
         f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
-        (
-            "player",
-            "arrival",
-            "social cost",
-            "regret <=",
-            "crash probability",
-            "risk bound",
-            "expected cost",
-        ),
+        heads,
         lines,
-        f"Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on schedule "
-        f"({information(game)}), 95 % intervals. "
-        f"Expected cost: lam T + (1 - lam) {game.crash_cost:g} Pr(crash), mean over agents. "
-        "Overlap: the plan's own means collide.",
+        " ".join([*failures, NOTES[arena].format(episodes=episodes, kappa=game.crash_cost)]),
+        texts=2,
     )
 
 
-def _half_width(interval: Interval) -> float:
-    return max(interval.high - interval.value, interval.value - interval.low)
+def _schedule_cells(row: Row) -> tuple[str, ...]:
+    judged, played, regret = row.solution.evaluation, row.played, row.solution.regret
+    assert judged is not None
+    assert played is not None
+    overlap = "" if judged.feasible else "overlap"
+    return (
+        row.player,
+        played.information,
+        times(judged.arrival),
+        overlap or f"{judged.social_cost:.4f}",
+        "" if regret is None else f"{regret.max():.0e}",
+        probability(played.crash_any),
+        overlap or f"{judged.risk_sum_any:.1e}",
+        _interval(played.expected_cost),
+    )
+
+
+def _env_cells(row: Row) -> tuple[str, ...]:
+    played = row.played
+    assert played is not None
+    assert played.success is not None
+    return (
+        row.player,
+        played.information,
+        " ".join("-" if time != time else f"{time:.2f}" for time in played.arrival),
+        " ".join(f"{100 * share.value:.1f}" for share in played.success),
+        probability(played.crash_any),
+        _interval(played.expected_cost),
+    )
+
+
+def _interval(interval: Interval) -> str:
+    half = max(interval.high - interval.value, interval.value - interval.low)
+    return f"{interval.value:.3f} ± {half:.3f}"
 
 
 def _draw(game: Game, rows: list[Row], out: str | None) -> None:

@@ -68,9 +68,9 @@ def solve(
                 made, start=start, order=order, seed=seed, solver=solver, time_limit=time_limit
             )
         else:
-            from benchmarks.players import PLAYERS, Limits
+            from benchmarks.players import PLANNERS, Limits
 
-            found = PLAYERS[solution](made, Limits(solver, time_limit, seed))
+            found = PLANNERS[solution](made, Limits(solver, time_limit, seed))
     report = solution_report(found)
     if out is not None and found.profile is not None:
         write_plan(out, made, found.profile, report)
@@ -88,7 +88,7 @@ def solve(
 def _best_response(
     game: Game, agent: int, against: str | None, solver: str, time_limit: float | None
 ) -> Solution:
-    from benchmarks.players import PLAYERS, Limits
+    from benchmarks.players import PLANNERS, Limits
     from ppg_env.errors import require
     from ppg_env.planfile import read_plan
     from solvers.response import best_response, check_agent
@@ -99,7 +99,7 @@ def _best_response(
         same = len(other.agents) == len(game.agents) and other.horizon == game.horizon
         require(same, "--against", "is a plan of another game", "give a plan of this one")
     else:
-        straight = PLAYERS["straight"](game, Limits())
+        straight = PLANNERS["straight"](game, Limits())
         if straight.profile is None:
             return straight
         profile = straight.profile
