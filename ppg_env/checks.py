@@ -14,15 +14,36 @@ from ppg_env.records import frozen_array
 def finite_number(value: Any, place: str, remedy: str) -> float:
     """A finite float, or an :class:`InputError` at ``place``."""
     ok = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    require(ok and bool(np.isfinite(value)), place, f"is {value!r}, not a finite number", remedy)
-    return float(value)
+    try:
+        number = float(value) if ok else float("nan")
+    except OverflowError:
+        number = float("inf")
+    require(bool(np.isfinite(number)), place, f"is {value!r:.40}, not a finite number", remedy)
+    return number
+
+
+def numbers(values: Any) -> np.ndarray:
+    """A read-only float64 array; text, truth values and ragged lists are not numbers.
+
+    Raises
+    ------
+    ValueError
+        If ``values`` are not numbers, or too large for one.
+    """
+    try:
+        array = np.array(values)
+    except (TypeError, OverflowError):
+        raise ValueError from None
+    if array.dtype.kind not in "iuf" and array.size:
+        raise ValueError
+    return frozen_array(array)
 
 
 def finite_array(values: Any, place: str, remedy: str) -> np.ndarray:
     """A read-only array of finite numbers, or an :class:`InputError` at ``place``."""
     try:
-        array = frozen_array(values)
-    except (TypeError, ValueError):
+        array = numbers(values)
+    except ValueError:
         raise InputError(place, "is not made of numbers", remedy) from None
     require(
         bool(np.isfinite(array).all()), place, "has an entry that is not a finite number", remedy

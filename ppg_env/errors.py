@@ -21,7 +21,8 @@ class InputError(ValueError):
 
     def __init__(self, place: str, problem: str, remedy: str) -> None:
         self.place, self.problem, self.remedy = place, problem, remedy
-        super().__init__(f"{place}: {problem}; {remedy}.")
+        # Keys and texts of a file may hold line breaks; the sentence must not.
+        super().__init__(" ".join(f"{place}: {problem}; {remedy}.".split()))
 
     def within(self, outer: str, joint: str = ".") -> InputError:
         """The same mistake, its place seen from ``outer`` (a table, an agent or a file)."""

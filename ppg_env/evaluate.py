@@ -23,7 +23,7 @@ from ppg_env import tolerances as tol
 from ppg_env.dynamics import covariances, goal_selector, rollout
 from ppg_env.errors import InputError
 from ppg_env.game import Encounter, Game
-from ppg_env.plan import Profile
+from ppg_env.plan import Profile, make_profile
 
 
 @dataclass(frozen=True)
@@ -139,24 +139,39 @@ class Evaluation:
         return np.where(self.traffic, objective.loss(self.game, self.margins), 0.0).sum(axis=1)
 
 
-def evaluate(game: Game, profile: Profile) -> Evaluation:
-    """Judge ``profile`` in ``game`` from first principles; infeasible profiles are judged too."""
+def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluation:
+    """Judge ``profile`` in ``game`` from first principles; infeasible profiles are judged too.
+
+    Means and arrivals are computed anew from the controls.  With ``as_given`` those of the plans
+    are taken as they are: for predictions, and for stand-ins of agents that have no plan yet.
+
+    Raises
+    ------
+    InputError
+        If the profile's sizes do not fit the game.
+    """
+    if not as_given:
+        profile = make_profile(game, [plan.controls for plan in profile])
     arrival = tuple(plan.arrival for plan in profile)
     traffic = _traffic(game, arrival)
     margins = np.where(traffic, profile_margins(game, profile), game.margin_cap)
     losses = np.where(traffic, objective.loss(game, margins), 0.0).sum(axis=1)
     risks = np.where(traffic, objective.crash_risk(margins), 0.0).sum(axis=1)
     member = _membership(game)  # (N, E)
-    deficit = member @ (game.margin_cap - margins).sum(axis=1)
+    deficit = _sums(member, (game.margin_cap - margins).sum(axis=1))
     steps = game.horizon + 1
-    safety_cost = deficit - member.sum(axis=1) * game.margin_cap * steps
+    best = member.sum(axis=1) * game.margin_cap * steps  # what full margins would add up to
+    safety_cost = deficit - best
     shifted = np.array(
-        [_weighted(objective.selfish(game, i), arrival, losses) for i in range(len(arrival))]
+        [
+            np.inf if arrival[i] is None else _weighted(objective.selfish(game, i), arrival, losses)
+            for i in range(len(arrival))
+        ]
     )
     shift = 0.0
     if game.objective == "margin":
         care = 1 - np.array([agent.lam for agent in game.agents])
-        shift = care * (safety_cost - deficit)
+        shift = -care * best
     return Evaluation(
         game=game,
         arrival=arrival,
@@ -164,11 +179,13 @@ def evaluate(game: Game, profile: Profile) -> Evaluation:
         traffic=traffic,
         safety_cost=safety_cost,
         deficit=deficit,
-        risk_sum=member @ risks,
+        risk_sum=_sums(member, risks),
         risk_sum_any=float(risks.sum()),
         cost=shifted + shift,
         shifted_cost=shifted,
-        potential=_weighted(objective.potential(game), arrival, losses),
+        potential=np.inf
+        if None in arrival
+        else _weighted(objective.potential(game), arrival, losses),
         residuals=_residuals(game, profile, traffic),
     )
 
@@ -234,7 +251,12 @@ def _weighted(
     if any(arrival[i] is None for i in mine):
         return float("inf")
     spent = sum(weights.time[i] * arrival[i] for i in mine)
-    return float(spent + weights.encounter @ losses)
+    return float(spent + _sums(weights.encounter, losses))
+
+
+def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``weights`` (..., E) times ``values`` (E,), where nothing times infinity is nothing."""
+    return np.where(weights > 0, weights * np.where(weights > 0, values, 0.0), 0.0).sum(axis=-1)
 
 
 def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:

@@ -6,7 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from ppg_env.errors import InputError
+from ppg_env.errors import InputError, require
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
@@ -35,6 +35,17 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
             "choose a folder that exists and is yours",
         ) from None
     return target
+
+
+def check_folder(path: str | Path) -> None:
+    """Refuse a file in a folder that does not exist, before any work is done for it."""
+    folder = Path(path).parent
+    require(
+        folder.is_dir(),
+        str(path),
+        f"cannot be written (there is no folder {str(folder)!r})",
+        "choose a folder that exists and is yours",
+    )
 
 
 def _umask() -> int:

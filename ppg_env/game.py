@@ -192,8 +192,8 @@ class Game(Record):
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - frozen
-        put("agents", tuple(self.agents))
-        put("obstacles", tuple(self.obstacles))
+        put("agents", _tuple_of(Agent, self.agents, "agent"))
+        put("obstacles", _tuple_of(Polytope, self.obstacles, "obstacle"))
         require(bool(self.agents), "agent", "is missing", "describe at least one agent")
         whole = isinstance(self.horizon, (int, np.integer)) and not isinstance(self.horizon, bool)
         require(
@@ -320,6 +320,18 @@ class Encounter:
     def displacement(self, *positions: np.ndarray) -> np.ndarray:
         """r_i - r_j of a pair's positions (..., d); r_i itself where j is an obstacle."""
         return positions[0] - positions[1] if len(positions) == 2 else positions[0]
+
+
+def _tuple_of(kind: type, items: Any, place: str) -> tuple[Any, ...]:
+    listed = tuple(items) if isinstance(items, (list, tuple)) else (items,)
+    for k, item in enumerate(listed):
+        require(
+            isinstance(item, kind),
+            f"{place}[{k}]",
+            f"is {item!r:.40}, not one of {kind.__name__}",
+            f"give a list of {kind.__name__}",
+        )
+    return listed
 
 
 def override(record: Any, **changes: Any) -> Any:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ppg_env.checks import finite_array
 from ppg_env.errors import InputError, placed, require
 from ppg_env.game import Agent, Game
 from ppg_env.polytope import Polytope
@@ -45,7 +46,7 @@ def read_tables(path: str | Path) -> dict[str, Any]:
         ) from None
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # tomllib's own error is a ValueError
         raise InputError(
             str(path), f"is not valid TOML ({error})", "mend the syntax there"
         ) from None
@@ -107,12 +108,18 @@ def _agent(table: Mapping[str, Any]) -> Agent:
 
 
 def read_shape(table: Any) -> Polytope:
-    """A body or obstacle: ``{ box = [full sides] }``, ``{ vertices = [...] }`` or half-planes."""
+    """A body or obstacle: ``{ box = [full sides] }``, ``vertices``, ``l1``, ``disc``, ..."""
     table = _table(table, "")
     if "box" in table:
         _alone(table, ("box",))
         return Polytope.box(table["box"])
-    return _general_polytope(table, ("box", "vertices", "normals and offsets"))
+    if "l1" in table:
+        _alone(table, ("l1", "dim"))
+        return Polytope.l1(table["l1"], table.get("dim", 2))
+    if "disc" in table:
+        _alone(table, ("disc", "sides"))
+        return Polytope.disc(table["disc"], table.get("sides", 16))
+    return _general_polytope(table, ("box", "l1", "disc", "vertices", "normals and offsets"))
 
 
 def read_control(table: Any, dim: int) -> Polytope:
@@ -120,7 +127,7 @@ def read_control(table: Any, dim: int) -> Polytope:
     table = _table(table, "")
     if "box" in table:
         _alone(table, ("box",))
-        return Polytope.box(2 * _numbers(table["box"], "box"))
+        return Polytope.box(2 * finite_array(table["box"], "box", "write numbers, as in [10, 10]"))
     if "l1" in table:
         _alone(table, ("l1",))
         return Polytope.l1(table["l1"], dim)
@@ -147,7 +154,11 @@ def _shape_table(shape: Polytope) -> dict[str, Any]:
         return {"box": shape.params[0].tolist()}
     if shape.kind == "halfspaces":
         return {"normals": shape.params[0].tolist(), "offsets": shape.params[1].tolist()}
-    return {"vertices": (shape.params[0] if shape.kind == "vertices" else shape.vertices).tolist()}
+    if shape.kind == "l1":
+        return {"l1": float(shape.params[0]), "dim": shape.dim}
+    if shape.kind == "disc":
+        return {"disc": float(shape.params[0]), "sides": int(shape.params[1])}
+    return {"vertices": shape.params[0].tolist()}
 
 
 def _control_table(control: Polytope) -> dict[str, Any]:
@@ -155,8 +166,6 @@ def _control_table(control: Polytope) -> dict[str, Any]:
         return {"box": (control.params[0] / 2).tolist()}
     if control.kind == "l1":
         return {"l1": float(control.params[0])}
-    if control.kind == "disc":
-        return {"disc": float(control.params[0]), "sides": int(control.params[1])}
     return _shape_table(control)
 
 
@@ -204,15 +213,6 @@ def _alone(table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
     extra = sorted(set(table) - set(keys))
     if extra:
         raise InputError(str(extra[0]), f"cannot stand beside {keys[0]}", "remove one of the two")
-
-
-def _numbers(value: Any, place: str) -> np.ndarray:
-    try:
-        return np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(
-            place, "is not made of numbers", "write numbers, as in [10.0, 10.0]"
-        ) from None
 
 
 def _length(value: Any) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,9 @@ SPEEDS: dict[str, Callable[[float, int], Polytope]] = {
 }
 TOP_SPEED = 10.0
 BODY_SIDE = 15.0
+
+LONGEST_CALL = 200
+"""Characters of a scenario's call that are read; nobody needs more, and the parser has limits."""
 
 
 def scenarios() -> dict[str, str]:
@@ -79,15 +82,16 @@ def override_game(game: Game, **overrides: Any) -> Game:
             raise InputError(key, "is not a field of a game", f"use one of {known}")
     agents = list(game.agents)
     for i in range(len(agents)):
-        mine = {}
-        for key in AGENT_KEYS:
-            if key in changes and key != "name":
-                value, given = _for_agent(key, changes[key], i, game)
-                if given:
-                    mine[key] = value
-        if mine:
-            with placed(f"agent[{i}]"):
-                agents[i] = override(agents[i], **mine)
+        chosen = {
+            key: value
+            for key in AGENT_KEYS
+            if key in changes and key != "name"
+            for value in _for_agent(key, changes[key], i, len(agents))
+        }
+        with placed(f"agent[{i}]"):
+            for key, value in chosen.items():
+                chosen[key] = _polytope(key, value, agents[i])
+            agents[i] = override(agents[i], **chosen) if chosen else agents[i]
     head = {key: changes[key] for key in (*GAME_KEYS, "obstacles") if key in changes}
     if "objective" in head and head["objective"] != game.objective:
         head.setdefault("margin_cap", None)  # each objective has its own default cap
@@ -121,29 +125,30 @@ def _speed(word: Any, dim: int) -> Polytope:
     return SPEEDS[word](TOP_SPEED, dim)
 
 
-def _for_agent(key: str, value: Any, i: int, game: Game) -> tuple[Any, bool]:
-    """The value of one agent, and whether there is one."""
-    count = len(game.agents)
-    by_agent = isinstance(value, Mapping) and all(isinstance(k, (int, np.integer)) for k in value)
-    if by_agent:
+def _for_agent(key: str, value: Any, i: int, count: int) -> list[Any]:
+    """The value of one agent in a list of its own; empty where it has none."""
+    if isinstance(value, Mapping) and all(isinstance(k, (int, np.integer)) for k in value):
         strange = [k for k in value if not 0 <= k < count]
         require(not strange, key, f"names agent {strange[:1]} of {count}", "count agents from 0")
-        value, given = value.get(i), i in value
-    elif key in ("lam", "gain") and isinstance(value, Sequence) and np.ndim(value[0]) == 0:
+        return [value[i]] if i in value else []
+    listed = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim == 1)
+    if key in ("lam", "gain") and listed and all(np.ndim(item) == 0 for item in value):
         require(
             len(value) == count,
             key,
             f"has {len(value)} numbers for {count} agents",
             "give one number for all, or one per agent",
         )
-        value, given = value[i], True
-    else:
-        given = True
-    if given and isinstance(value, Mapping) and key in ("shape", "control"):
-        value = (
-            read_shape(value) if key == "shape" else read_control(value, game.agents[i].control_dim)
-        )
-    return value, given
+        return [value[i]]
+    return [value]
+
+
+def _polytope(key: str, value: Any, agent: Agent) -> Any:
+    """Shapes and control sets may be written as in a game file."""
+    if key not in ("shape", "control") or not isinstance(value, Mapping):
+        return value
+    with placed(key):
+        return read_shape(value) if key == "shape" else read_control(value, agent.control_dim)
 
 
 def _call(text: str) -> tuple[str, Course]:
@@ -164,26 +169,22 @@ def _call(text: str) -> tuple[str, Course]:
     shown = f"{name}({', '.join(signature.parameters)})" if signature.parameters else name
     if "(" in text:
         try:
-            call = ast.parse(text, mode="eval").body
-            if not isinstance(call, ast.Call):
+            call = ast.parse(text[:LONGEST_CALL], mode="eval").body
+            if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
                 raise ValueError
             positional = [ast.literal_eval(value) for value in call.args]
             named = {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
             signature.bind(*positional, **named)
-        except (SyntaxError, ValueError, TypeError):
+        except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
             raise InputError(
-                repr(text), "has arguments that do not fit", f"write {shown}"
+                f"{text!r:.80}", "has arguments that do not fit", f"write {shown}"
             ) from None
-    bound = signature.bind(*positional, **named)
-    for key, value in bound.arguments.items():
-        default = signature.parameters[key].annotation
+    for key, value in signature.bind(*positional, **named).arguments.items():
         whole = isinstance(value, int) and not isinstance(value, bool)
-        number = whole or isinstance(value, float)
-        require(
-            whole if default == "int" else number or value is None,
-            repr(text),
-            f"has {key} = {value!r}",
-            f"write a {'whole ' * (default == 'int')}number",
-        )
+        wanted = signature.parameters[key].annotation
+        number = whole or (isinstance(value, float) and np.isfinite(value))
+        fits = whole if wanted == "int" else number or value is None
+        kind = "whole number" if wanted == "int" else "number"
+        require(fits, repr(text), f"has {key} = {value!r}", f"write a {kind}")
     with placed(repr(text), ": "):
         return text, function(*positional, **named)

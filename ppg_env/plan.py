@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.checks import numbers
 from ppg_env.dynamics import goal_selector, rollout
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
@@ -70,8 +71,8 @@ def make_profile(game: Game, controls: Sequence[Any]) -> Profile:
     for i, (agent, sequence) in enumerate(zip(game.agents, controls, strict=True)):
         remedy = f"write {game.horizon} rows of {agent.control_dim} numbers"
         try:
-            array = np.array(sequence, dtype=np.float64)
-        except (TypeError, ValueError):
+            array = numbers(sequence)
+        except ValueError:
             array = np.array(np.nan)
         require(
             array.shape == (game.horizon, agent.control_dim) and bool(np.isfinite(array).all()),

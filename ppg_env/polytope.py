@@ -19,8 +19,12 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.checks import numbers
 from ppg_env.errors import InputError, require
 from ppg_env.records import Record, frozen_array
+
+MOST_SIDES, MOST_AXES = 360, 10
+"""Limits on regular polygons and L1 balls: beyond them faces are too many to plan with."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,9 @@ class Polytope(Record):
     kind: str
     params: tuple[np.ndarray, ...]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "params", tuple(map(frozen_array, self.params)))
+
     @classmethod
     def box(cls, sides: Any) -> Polytope:
         """{x : |x_k| <= sides_k / 2}; ``sides`` (d,) are full lengths, zero allowed (a point)."""
@@ -53,13 +60,13 @@ class Polytope(Record):
     @classmethod
     def l1(cls, radius: float, dim: int = 2) -> Polytope:
         """{x : |x_1| + ... + |x_d| <= radius}, in ``dim`` dimensions."""
+        _whole(dim, 1, MOST_AXES, "dimensions")
         return cls("l1", (_radius(radius), frozen_array(dim)))
 
     @classmethod
     def disc(cls, radius: float, sides: int = 16) -> Polytope:
         """The regular polygon with ``sides`` corners on a circle, one at x = radius."""
-        whole = isinstance(sides, (int, np.integer)) and not isinstance(sides, bool)
-        require(whole and sides >= 3, "", f"has {sides!r} sides", "give a whole number, 3 or more")
+        _whole(sides, 3, MOST_SIDES, "sides")
         return cls("disc", (_radius(radius), frozen_array(sides)))
 
     @classmethod
@@ -79,6 +86,7 @@ class Polytope(Record):
             "has vertices that lie in a plane or on a line, so its volume is zero",
             f"give at least {array.shape[1] + 1} points in general position",
         )
+        _ = made.faces  # what the hull code cannot take is a mistake to report now
         return made
 
     @classmethod
@@ -182,9 +190,7 @@ def faces_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if vertices.shape[1] == 1:
         normals = np.array([[1.0], [-1.0]])
     else:
-        from scipy.spatial import ConvexHull
-
-        normals = _distinct(ConvexHull(vertices).equations)[:, :-1]
+        normals = _distinct(_hull(vertices).equations)[:, :-1]
     return normals, (normals @ vertices.T).max(axis=1)
 
 
@@ -200,9 +206,20 @@ def _distinct(rows: np.ndarray) -> np.ndarray:
 def _corners(points: np.ndarray) -> np.ndarray:
     if points.shape[1] == 1:
         return np.array([[points.min()], [points.max()]])
-    from scipy.spatial import ConvexHull
+    return points[_hull(points).vertices]
 
-    return points[ConvexHull(points).vertices]
+
+def _hull(points: np.ndarray) -> Any:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except QhullError:
+        raise InputError(
+            "",
+            "has corners that are too close for their size to tell apart",
+            "bring the coordinates near the origin and the corners apart",
+        ) from None
 
 
 def _corners_of_halfspaces(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
@@ -254,16 +271,26 @@ def _has_interior(points: np.ndarray) -> bool:
 
 def _finite(values: Any, name: str, remedy: str) -> np.ndarray:
     try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("", f"has {name} that are not numbers", f"write {remedy}") from None
+        array = numbers(values)
+    except ValueError:
+        raise InputError("", f"has {name} not made of numbers", f"write {remedy}") from None
     require(
         bool(np.isfinite(array).all()),
         "",
-        f"has {name} that are infinite or not a number",
+        f"has {name} with an entry that is not a finite number",
         f"write {remedy}",
     )
     return array
+
+
+def _whole(value: Any, least: int, most: int, what: str) -> None:
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    require(
+        whole and least <= value <= most,
+        "",
+        f"has {value!r:.40} {what}",
+        f"give a whole number from {least} to {most}",
+    )
 
 
 def _radius(radius: Any) -> np.ndarray:
@@ -271,7 +298,7 @@ def _radius(radius: Any) -> np.ndarray:
     require(
         array.ndim == 0 and float(array) > 0,
         "",
-        f"has radius {radius!r}",
+        f"has radius {radius!r:.40}",
         "write one positive number",
     )
     return frozen_array(array)

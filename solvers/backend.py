@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from time import monotonic
 from typing import Any
 
 import cvxpy as cp
@@ -68,23 +69,28 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
 
     ``time_limit`` is in seconds; None is no limit.
     """
+    begun = monotonic()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # cvxpy warns of limits, which the answer reports
-            problem.solve(solver=solver, **_options(solver, time_limit))
+            problem.solve(solver=solver, warm_start=False, **_options(solver, time_limit))
     except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
-        # HiGHS through cvxpy answers some limits with missing attributes instead of a status.
-        return Answer("error", float("-inf"), f"{type(failure).__name__}: {failure}")
+        # SCIP through cvxpy calls it an error when the time runs out before the first incumbent.
+        late = time_limit is not None and monotonic() - begun >= 0.9 * time_limit
+        detail = f"{type(failure).__name__}: {failure}"
+        return Answer("none" if late else "error", float("-inf"), detail)
     stats, status = problem.solver_stats, str(problem.status)
     extra = None if stats is None else stats.extra_stats
     if status in (cp.INFEASIBLE, cp.settings.INFEASIBLE_OR_UNBOUNDED):
         return Answer("infeasible", float("inf"), status)
-    if status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-        proved = _bound(solver, extra, problem)
-        return Answer("optimal" if status == cp.OPTIMAL else "incumbent", proved, status)
+    if status == cp.OPTIMAL:
+        bound = min(_proved_bound(solver, extra), float(problem.value))
+        return Answer("optimal", bound, status)
+    if status == cp.OPTIMAL_INACCURATE:
+        return Answer("incumbent", _proved_bound(solver, extra), status)
     if status == cp.settings.USER_LIMIT:
         found = _has_incumbent(solver, extra, problem)
-        return Answer("incumbent" if found else "none", _limit_bound(solver, extra), status)
+        return Answer("incumbent" if found else "none", _proved_bound(solver, extra), status)
     return Answer("error", float("-inf"), status)
 
 
@@ -114,18 +120,14 @@ def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
     return {}
 
 
-def _bound(solver: str, extra: Any, problem: cp.Problem) -> float:
-    """Bound proved by an optimal answer; solvers without options above keep loose default gaps."""
-    if solver == cp.SCIP:
-        return float(problem.value)
-    return min(_limit_bound(solver, extra), float(problem.value))
-
-
-def _limit_bound(solver: str, extra: Any) -> float:
+def _proved_bound(solver: str, extra: Any) -> float:
+    """The dual bound; solvers without options above keep loose gaps and prove nothing here."""
     if solver == cp.HIGHS and extra is not None:
         return float(extra.mip_dual_bound)
     if solver == cp.GUROBI and extra is not None:
         return float(extra.ObjBound)
+    if solver == cp.SCIP and extra is not None:
+        return float(extra["model"].getDualbound())
     return float("-inf")
 
 

@@ -17,7 +17,7 @@ from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Agent, Game
-from ppg_env.plan import Plan, Profile, straight_plan
+from ppg_env.plan import Plan, Profile, make_profile, straight_plan
 from ppg_env.records import frozen_array
 from solvers.backend import check_solver
 from solvers.certificate import proved_bound
@@ -129,7 +129,7 @@ class _Dynamics:
         self, sweep: int, profile: Profile, found: dict[int, Found], pending: set[int]
     ) -> Profile:
         """Replace the plans of those who gain; note costs, bounds and potential."""
-        now = evaluate(self.game, profile)
+        now = evaluate(self.game, profile, as_given=True)
         plans, updates = list(profile), []
         for i, answer in found.items():
             usable = i not in pending and not now.complaints((i,))
@@ -142,7 +142,7 @@ class _Dynamics:
             updates.append((i, before, answer.value if gains else before))
             self.bounds[i] = proved_bound(self.game, i, min(before, answer.value), answer)
         after = tuple(plans)
-        judged = evaluate(self.game, after)
+        judged = evaluate(self.game, after, as_given=True)
         whole = judged.feasible and not pending - set(found)
         potential = judged.potential if whole else float("inf")
         for i, cost_before, cost_after in updates:
@@ -158,7 +158,7 @@ class _Dynamics:
                 self.game,
                 "nash",
                 status,
-                ADVICE[status] + "; the last profile overlaps",
+                f"{ADVICE[status]}; {evaluation.complaints()[0]}",
                 trace=tuple(self.trace),
                 seconds=self.clock.spent,
             )
@@ -172,8 +172,8 @@ class _Dynamics:
         return replace(solution, seconds=self.clock.spent)
 
     def _failed(self, profile: Profile, pending: set[int], agent: int, found: Found) -> Solution:
-        evaluation = evaluate(self.game, profile)
-        if not pending and evaluation.feasible and found.status is Status.TIME_LIMIT:
+        feasible = not pending and evaluate(self.game, profile).feasible
+        if feasible and found.status is Status.TIME_LIMIT:
             return self._finished(profile, Status.LIMIT)
         status, advice = explain(self.game, found, (agent,))
         if status is Status.INFEASIBLE:
@@ -195,7 +195,7 @@ def _start(game: Game, start: str | Profile) -> tuple[Profile, set[int]]:
             "does not have one plan per agent",
             "give a full profile",
         )
-        return start, set()
+        return make_profile(game, [plan.controls for plan in start]), set()
     require(start in STARTS, "start", f"is {start!r}", "write " + " or ".join(STARTS))
     plans: list[Plan] = []
     pending = set()

@@ -31,6 +31,7 @@ import cvxpy as cp
 import numpy as np
 
 from ppg_env import objective
+from ppg_env import tolerances as tol
 from ppg_env.dynamics import earliest_arrival, goal_selector, plan_upper
 from ppg_env.evaluate import encounter_units
 from ppg_env.game import Agent, Encounter, Game
@@ -154,7 +155,8 @@ class Separation:
         self.offsets.value = offsets
         self.active.value = active
         self.big.value = np.maximum(self.units * cap - lowest, 0.0)
-        self.possible_faces = (highest >= 0).astype(float)
+        # A face that can just be touched is possible, and rounding must not decide it.
+        self.possible_faces = (highest >= -tol.LENGTH).astype(float)
         self.release()
 
     def release(self) -> None:

@@ -127,7 +127,8 @@ def _judged(program: Program, given: Profile | None) -> Found | None:
         else:
             assert given is not None
             plans.append(given[i])
-    evaluation = evaluate(program.game, tuple(plans))
+    # The given plans may be predictions; the movers' were made from their controls just now.
+    evaluation = evaluate(program.game, tuple(plans), as_given=True)
     if evaluation.complaints(program.movers):
         return None
     value = evaluation.weighted(program.weights)

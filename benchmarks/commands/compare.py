@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -28,6 +29,9 @@ from benchmarks.terminal import (
 if TYPE_CHECKING:
     from benchmarks.comparison import Interval, Row
     from ppg_env.game import Game
+
+FOLDER = Path("out")
+"""Where pictures go that nobody gave a place."""
 
 SCHEDULE_COLUMNS = (
     "player",
@@ -82,6 +86,7 @@ def compare(
     names = chosen_players(players, arena)
     made = make_game(game, **overrides)
     limits = Limits(check_solver(solver), time_limit, seed)
+    target = None if out is None and as_json else _target(made, out)
     with working(f"comparing in {game}") as status:
         rows = run(
             made,
@@ -101,8 +106,13 @@ def compare(
         no_solution(rows[0].solution.advice)
     else:
         _print(made, rows, arena, episodes)
-    if out is not None or not as_json:
-        _draw(made, rows, out)
+    if target is not None:
+        from benchmarks.pictures import comparison_picture
+
+        if Path(target).parent == FOLDER:
+            FOLDER.mkdir(exist_ok=True)
+        comparison_picture(made, rows, target)
+        typer.echo(f"picture: {target}", err=True)
 
 
 def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
@@ -163,17 +173,16 @@ def _interval(interval: Interval) -> str:
     return f"{interval.value:.3f} ± {half:.3f}"
 
 
-def _draw(game: Game, rows: list[Row], out: str | None) -> None:
+def _target(game: Game, out: str | None) -> str:
+    """Where the picture goes; its folder is there, or an error is raised before any work."""
     import re
-    from pathlib import Path
 
-    from benchmarks.pictures import comparison_picture
     from benchmarks.report import game_name
+    from ppg_env.files import check_folder
 
     if out is None:
         stem = re.sub(r"[^A-Za-z0-9]+", "-", game_name(game)).strip("-")
-        out = f"out/compare-{stem}.png"
-    if Path(out).parent == Path("out"):  # the default folder is ours to make, others are not
-        Path("out").mkdir(exist_ok=True)
-    comparison_picture(game, rows, out)
-    typer.echo(f"picture: {out}", err=True)
+        out = str(FOLDER / f"compare-{stem}.png")
+    if Path(out).parent != FOLDER:  # the default folder is ours to make, others are not
+        check_folder(out)
+    return out

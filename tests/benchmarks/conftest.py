@@ -1,0 +1,66 @@
+"""The command ``ppg``, run in this process."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.cli import main
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a command left behind: exit code, stdout, stderr."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        """Stdout as one strict JSON object."""
+        found = json.loads(self.out, parse_constant=_refuse)
+        assert isinstance(found, dict)
+        return found
+
+
+Ppg = Callable[..., Run]
+
+
+@pytest.fixture
+def ppg(capsys: pytest.CaptureFixture[str]) -> Ppg:
+    """Run ``ppg`` with these words, and expect this exit code."""
+
+    def run(*words: object, code: int = 0) -> Run:
+        capsys.readouterr()
+        left = 0
+        try:
+            main([str(word) for word in words])
+        except SystemExit as leave:
+            left = leave.code or 0
+        captured = capsys.readouterr()
+        done = Run(left, captured.out, captured.err)
+        assert done.code == code, done.err
+        return done
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The social optimum of a crossing under heavy noise, as ``ppg solve --out`` writes it."""
+    path = tmp_path_factory.mktemp("plans") / "plan.json"
+    words = ["solve", "intersection", "--solution", "social", "--noise", "40", "--out", str(path)]
+    with pytest.raises(SystemExit) as leave:
+        main(words)
+    assert not leave.value.code
+    return path
+
+
+def _refuse(word: str) -> None:
+    raise AssertionError(f"{word} is not JSON")

@@ -1,0 +1,14 @@
+"""``ppg bench``: it runs, and says what it measured against what."""
+
+from __future__ import annotations
+
+
+def test_a_quick_run_measures_everything_once(ppg):
+    measured = ppg("bench", "--quick", "--json").json["measurements"]
+    for row in measured:
+        assert row["what"]
+        assert row["seconds"] > 0
+        assert row["limit"] > 0
+    text = " ".join(row["what"] for row in measured)
+    for part in ("best response", "social optimum", "episodes", "import ppg_env", "ppg --help"):
+        assert part in text

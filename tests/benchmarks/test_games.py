@@ -1,0 +1,65 @@
+"""``ppg scenarios`` and ``ppg show``: what there is, and games as files."""
+
+from __future__ import annotations
+
+import pytest
+
+from ppg_env import make_game
+from tests.benchmarks.judges import timeless
+
+
+def test_every_scenario_that_is_listed_can_be_shown(ppg):
+    listed = ppg("scenarios", "--json").json["scenarios"]
+    assert {"opposing", "head_on", "parallel", "intersection", "intersection3"} <= {
+        entry["call"] for entry in listed
+    }
+    for entry in listed:
+        assert entry["summary"]
+        assert ppg("show", entry["call"], "--json").json["agent"]
+
+
+def test_the_table_lists_the_same_scenarios(ppg):
+    listed = ppg("scenarios", "--json").json["scenarios"]
+    table = ppg("scenarios").out
+    assert all(entry["call"].split("(")[0] in table for entry in listed)
+
+
+def test_a_game_is_shown_with_its_overrides(ppg):
+    options = ["--lam", "0.2,0.8", "--gain", "0.1", "--horizon", "20", "--margin-cap", "4"]
+    options += ["--objective", "risk", "--crash-cost", "50", "--speed", "l1", "--noise", "2.5"]
+    shown = ppg("show", "head_on", *options, "--json").json
+    head, agents = shown["game"], shown["agent"]
+    assert [agent["lam"] for agent in agents] == [0.2, 0.8]
+    assert all(agent["gain"] == [[0.1, 0.0], [0.0, 0.1]] for agent in agents)
+    assert all(agent["noise"] == [[2.5, 0.0], [0.0, 2.5]] for agent in agents)
+    assert all(agent["control"] == {"l1": 10.0} for agent in agents)
+    assert head["horizon"] == 20
+    assert head["margin_cap"] == 4.0
+    assert head["objective"] == "risk"
+    assert head["crash_cost"] == 50.0
+
+
+@pytest.mark.parametrize("name", ["intersection", "course", "circle(3)"])
+def test_a_game_written_to_a_file_is_the_same_game(ppg, tmp_path, name):
+    file = tmp_path / "game.toml"
+    done = ppg("show", name, "--speed", "disc", "--objective", "risk", "--out", file)
+    assert str(file) in done.err
+    assert make_game(file) == make_game(name, speed="disc", objective="risk")
+    assert ppg("show", file, "--json").json == (
+        ppg("show", name, "--speed", "disc", "--objective", "risk", "--json").json
+    )
+
+
+def test_a_game_solved_from_its_file_has_the_same_solution(ppg, tmp_path):
+    file = tmp_path / "game.toml"
+    ppg("show", "head_on", "--lam", "0.7", "--out", file)
+    words = ["--solution", "social", "--json"]
+    from_file = timeless(ppg("solve", file, *words).json)
+    direct = timeless(ppg("solve", "head_on", "--lam", "0.7", *words).json)
+    assert from_file == direct
+
+
+def test_the_table_tells_what_the_planner_needs_to_know(ppg):
+    table = ppg("show", "head_on", "--horizon", "7").out
+    assert "unreachable" in table
+    assert "9" in ppg("show", "head_on").out

@@ -1,0 +1,109 @@
+"""``ppg certify`` and ``ppg risk`` on a plan file that ``ppg solve`` wrote."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from ppg_env.planfile import read_plan
+from solvers import certify
+from tests.benchmarks.judges import timeless
+
+
+def test_a_plan_file_is_strict_json_that_carries_its_game(plan_file):
+    def refuse(word):
+        raise AssertionError(word)
+
+    content = json.loads(plan_file.read_text(), parse_constant=refuse)
+    game, profile, report = read_plan(plan_file)
+    assert content["scenario"] == "intersection"
+    assert game.agents[0].noise.tolist() == [[40.0, 0.0], [0.0, 40.0]]
+    assert len(profile) == 2
+    assert report["status"] == "optimal"
+
+
+def test_certify_gives_a_regret_per_agent_and_their_maximum(ppg, plan_file):
+    proof = ppg("certify", plan_file, "--json").json
+    game, profile, _ = read_plan(plan_file)
+    expected = certify(game, profile)
+    assert proof["regret"] == pytest.approx(expected.regret.tolist(), abs=1e-6)
+    assert proof["epsilon"] == max(proof["regret"])
+    assert all(regret >= 0 for regret in proof["regret"])
+
+
+def test_a_social_optimum_is_certified_when_agents_pay_for_harm(ppg, plan_file):
+    assert ppg("certify", plan_file, "--charge", "pigou", "--json").json["epsilon"] <= 1e-4
+
+
+def test_an_equilibrium_is_certified_as_one(ppg, tmp_path):
+    plan = tmp_path / "nash.json"
+    regret = ppg("solve", "head_on", "--speed", "l1", "--out", plan, "--json").json["regret"]
+    proof = ppg("certify", plan, "--json").json
+    assert proof["epsilon"] <= 1e-5
+    assert len(regret) == len(proof["regret"])
+    assert "agent_0" in ppg("certify", plan).out
+
+
+def test_a_plan_whose_means_overlap_is_refused(ppg, plan_file, tmp_path):
+    content = json.loads(plan_file.read_text())
+    straight = [[[10.0, 0.0]] * 8 + [[0.0, 0.0]] * 7, [[0.0, 10.0]] * 8 + [[0.0, 0.0]] * 7]
+    bad = tmp_path / "bad.json"
+    bad.write_text(json.dumps(content | {"controls": straight}))
+    done = ppg("certify", bad, "--json", code=2)
+    assert done.out == ""
+    assert "overlap" in done.err
+
+
+@pytest.mark.parametrize("method", ["bound", "mc"])
+def test_risk_has_an_interval_for_each_agent_and_for_any(ppg, plan_file, method):
+    words = ["--method", method, "--episodes", "20000", "--json"]
+    report = ppg("risk", plan_file, *words).json
+    assert report["method"] == method
+    assert report["samples"] == (20000 if method == "mc" else 0)
+    assert report["seconds"] >= 0
+    assert len(report["agents"]) == 2
+    for entry in (*report["agents"], report["any"]):
+        assert set(entry) == {"probability", "low", "high"}
+        assert 0 <= entry["low"] <= entry["probability"] <= entry["high"] <= 1
+
+
+def test_the_bound_is_the_plans_risk_bound_and_simulation_stays_below(ppg, plan_file):
+    bound = ppg("risk", plan_file, "--method", "bound", "--json").json
+    counted = ppg("risk", plan_file, "--method", "mc", "--episodes", "50000", "--json").json
+    written = json.loads(plan_file.read_text())["risk_bound"]
+    for i in (0, 1):
+        assert bound["agents"][i]["high"] == pytest.approx(min(written[i], 1.0))
+        assert counted["agents"][i]["low"] <= bound["agents"][i]["high"]
+    assert counted["any"]["probability"] > 0
+    assert counted["any"]["low"] <= bound["any"]["high"]
+
+
+def test_simulation_depends_on_the_seed_and_not_on_the_workers(ppg, plan_file):
+    words = ["risk", plan_file, "--episodes", "30000", "--json"]
+    one = timeless(ppg(*words, "--seed", "1").json)
+    assert timeless(ppg(*words, "--seed", "1").json) == one
+    assert timeless(ppg(*words, "--seed", "1", "--workers", "2").json) == one
+    assert timeless(ppg(*words, "--seed", "2").json) != one
+
+
+def test_a_crash_that_was_never_seen_is_not_called_impossible(ppg, tmp_path):
+    plan = tmp_path / "calm.json"
+    ppg("solve", "parallel", "--noise", "0.01", "--out", plan)
+    table = ppg("risk", plan, "--episodes", "1000").out
+    assert "< 3.7e-03" in table  # Clopper-Pearson: 1 - 0.025^(1/1000)
+    assert ppg("risk", plan, "--episodes", "1000", "--json").json["any"]["high"] > 0
+
+
+@pytest.mark.parametrize("words", [["--method", "guess"], ["--episodes", "0"]])
+def test_a_bad_option_is_exit_code_2(ppg, plan_file, words):
+    assert ppg("risk", plan_file, *words, code=2).out == ""
+
+
+def test_a_file_that_is_no_plan_is_exit_code_2(ppg, tmp_path):
+    for text in ("", "[]", '{"format": "something else"}', "not json"):
+        file = tmp_path / "plan.json"
+        file.write_text(text)
+        for verb in ("certify", "risk", "render"):
+            done = ppg(verb, file, code=2)
+            assert str(file) in done.err

@@ -1,0 +1,50 @@
+"""What all tests share: hypothesis profiles, and every scenario at every speed as a fixture."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from ppg_env import Game, make_game
+from ppg_env.make import SPEEDS
+from ppg_env.scenarios import registry
+
+SMALL = {"circle": "circle(4)"}
+"""Representatives of the families whose default size is more than a test needs."""
+
+# Times say nothing on shared machines; in CI the same examples are tried every time.
+COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("default", max_examples=40, **COMMON)
+settings.register_profile("ci", max_examples=40, derandomize=True, **COMMON)
+settings.register_profile("thorough", max_examples=1000, **COMMON)  # --hypothesis-profile
+settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+def scenario_calls() -> list[str]:
+    """One call for each scenario and family; a new one is picked up here."""
+    return [SMALL.get(name, name) for name in registry()]
+
+
+def scenario_speeds() -> list[tuple[str, str]]:
+    """Every scenario with every speed set; discs are for the plane only."""
+    return [
+        (call, speed)
+        for call in scenario_calls()
+        for speed in SPEEDS
+        if speed != "disc" or make_game(call).agents[0].control_dim == 2
+    ]
+
+
+@pytest.fixture(params=scenario_calls())
+def scenario(request: pytest.FixtureRequest) -> str:
+    """The call of every scenario, such as ``head_on`` or ``circle(4)``."""
+    return request.param
+
+
+@pytest.fixture(params=scenario_speeds(), ids=" ".join)
+def game(request: pytest.FixtureRequest) -> Game:
+    """Every scenario at every speed."""
+    call, speed = request.param
+    return make_game(call, speed=speed)

@@ -1,0 +1,152 @@
+"""Two agents on a line by dynamic programming, sharing no code with :mod:`ppg_env`.
+
+Positions are whole multiples of a grid step.  For given arrivals and sides, the paper's programs
+on a line ask for the minimum of a sum of convex functions of position differences,
+
+    sum_t omega_t c(x_t - y_t)   subject to   |x_{t+1} - x_t| <= limit,
+
+which has a solution on the grid whenever limits, starts, goals and the kinks of c lie on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import erfc, inf, sqrt
+
+from ppg_env import Agent, Game, Polytope
+
+
+@dataclass(frozen=True)
+class Line:
+    """Two agents of length 1 on a line; ``gain`` 1 makes their noise the same at all t >= 1."""
+
+    starts: tuple[int, int]
+    goals: tuple[int, int]
+    limits: tuple[int, int]
+    lam: tuple[float, float] = (0.5, 0.5)
+    noise: tuple[float, float] = (0.25, 0.25)
+    gain: float = 1.0
+    objective: str = "margin"
+    cap: float = 2.0
+    crash_cost: float = 20.0
+    scale: str = "exact"
+    horizon: int = 6
+
+    @property
+    def game(self) -> Game:
+        agents = tuple(
+            Agent(
+                start=[self.starts[i]],
+                goal=[self.goals[i]],
+                shape=Polytope.box([1.0]),
+                control=Polytope.box([2.0 * self.limits[i]]),
+                lam=self.lam[i],
+                gain=self.gain,
+                noise=self.noise[i],
+            )
+            for i in (0, 1)
+        )
+        return Game(
+            agents=agents,
+            horizon=self.horizon,
+            objective=self.objective,
+            margin_cap=self.cap,
+            crash_cost=self.crash_cost,
+            scale=self.scale,
+        )
+
+    @property
+    def units(self) -> list[float]:
+        """Length of a unit of margin at each time."""
+        variances = [0.0]
+        for _ in range(self.horizon):
+            variances.append((1 - self.gain) ** 2 * variances[-1] + sum(self.noise))
+        return [sqrt(v * (2 if self.scale == "exact" else 1)) for v in variances]
+
+    def loss(self, t: int, apart: float) -> float:
+        """Loss of the pair at distance ``apart``; infinite when they overlap."""
+        room = abs(apart) - 1.0
+        if room < -1e-9:
+            return inf
+        margin = self.cap if self.units[t] == 0 else min(self.cap, room / self.units[t])
+        if self.objective == "margin":
+            return self.cap - margin
+        return self.crash_cost * erfc(margin) / 2
+
+
+def weights_of(line: Line, what: str) -> tuple[tuple[float, float], float]:
+    """Cost of a step of each agent's time, and weight of the pair's loss."""
+    (p, q) = line.lam
+    if what == "social":
+        return (p, q), (1 - p) + (1 - q)
+    if what == "potential":
+        return (p / (1 - p), q / (1 - q)), 1.0
+    raise KeyError(what)
+
+
+def joint_optimum(line: Line, what: str, step: float = 1.0) -> float:
+    """MP3, or the potential's minimum, over all pairs of paths on the grid of ``step``."""
+    tau, omega = weights_of(line, what)
+    goals = [round(goal / step) for goal in line.goals]
+    moves = [_moves(limit, step) for limit in line.limits]
+    losses = _losses(line, step)
+
+    @cache
+    def least(t: int, x: int | None, y: int | None) -> float:
+        x, y = (None if x == goals[0] else x), (None if y == goals[1] else y)
+        if x is None and y is None:
+            return 0.0
+        if t == line.horizon:
+            return inf
+        price = tau[0] * (x is not None) + tau[1] * (y is not None)
+        if x is not None and y is not None:
+            price += omega * losses(t, x - y)
+        if price == inf:
+            return inf
+        return price + min(
+            least(t + 1, a, b)
+            for a in _next(x, moves[0], goals[0], line.horizon - t)
+            for b in _next(y, moves[1], goals[1], line.horizon - t)
+        )
+
+    return least(0, round(line.starts[0] / step), round(line.starts[1] / step))
+
+
+def best_response_value(line: Line, agent: int, other: Sequence[float], step: float = 1.0) -> float:
+    """MP2: least own cost of ``agent`` against the path ``other`` (H+1 positions)."""
+    goal, moves = round(line.goals[agent] / step), _moves(line.limits[agent], step)
+    there = line.goals[1 - agent]
+    gone = next((t for t, place in enumerate(other) if abs(place - there) < 1e-9), inf)
+    lam = line.lam[agent]
+
+    @cache
+    def least(t: int, x: int) -> float:
+        if x == goal:
+            return 0.0
+        if t == line.horizon:
+            return inf
+        pair = line.loss(t, x * step - other[t]) if t < gone else 0.0
+        if pair == inf:
+            return inf
+        ahead = _next(x, moves, goal, line.horizon - t)
+        return lam + (1 - lam) * pair + min((least(t + 1, a) for a in ahead), default=inf)
+
+    return least(0, round(line.starts[agent] / step))
+
+
+def _moves(limit: int, step: float) -> range:
+    most = round(limit / step)
+    return range(-most, most + 1)
+
+
+def _next(x: int | None, moves: range, goal: int, left: int) -> list[int | None]:
+    """Positions after one step from which the goal is still within reach."""
+    if x is None:
+        return [None]
+    return [x + u for u in moves if abs(goal - x - u) <= moves[-1] * (left - 1)] or [x]
+
+
+def _losses(line: Line, step: float) -> Callable[[int, int], float]:
+    return cache(lambda t, apart: line.loss(t, apart * step))

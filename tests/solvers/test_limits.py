@@ -1,0 +1,105 @@
+"""Time limits: whatever comes back is a plan that holds, or the word that there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ppg_env import evaluate, make_game, straight_plan
+from solvers import (
+    Status,
+    best_response,
+    best_response_dynamics,
+    potential_equilibrium,
+    social_optimum,
+)
+
+LIMITS = (0.0, 0.01, 0.05, 0.2, 0.5)
+HARD = {"speed": "l1", "objective": "risk", "gain": 0.0}
+JOINT = {"social": social_optimum, "potential": potential_equilibrium}
+SOLVERS = {"HIGHS": "highspy", "SCIP": "pyscipopt"}
+
+
+def respond(game, **options):
+    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    return best_response(game, 0, straight, **options)
+
+
+def assert_no_plan_or_a_sound_one(game, solution, movers=None):
+    if solution.profile is None:
+        assert solution.status is Status.TIME_LIMIT
+        assert "time limit" in solution.advice
+        assert solution.evaluation is None
+        assert solution.value == np.inf
+        assert solution.regret is None
+    else:
+        assert solution.status in (Status.FEASIBLE, Status.OPTIMAL)
+        assert evaluate(game, solution.profile).complaints(movers) == ()
+        assert solution.evaluation.complaints(movers) == ()
+        assert np.isfinite(solution.value)
+        assert solution.bound <= solution.value + 1e-6
+    assert solution.bound >= 0  # costs are shifted
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("name", ["intersection", "intersection3"])
+def test_a_best_response_cut_short_is_sound(name, limit, solver):
+    pytest.importorskip(SOLVERS[solver])
+    game = make_game(name, **HARD)
+    solution = respond(game, solver=solver, time_limit=limit)
+    assert_no_plan_or_a_sound_one(game, solution, (0,))
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("name", ["intersection", "intersection3"])
+@pytest.mark.parametrize("planner", JOINT)
+def test_a_program_over_all_agents_cut_short_is_sound(name, planner, limit, solver):
+    pytest.importorskip(SOLVERS[solver])
+    game = make_game(name, **HARD)
+    solution = JOINT[planner](game, solver=solver, time_limit=limit)
+    assert_no_plan_or_a_sound_one(game, solution)
+    if solution.profile is not None and planner == "potential":
+        assert (solution.regret >= 0).all()
+        assert np.isfinite(solution.regret).all()
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("start", ["straight", "sequential"])
+@pytest.mark.parametrize("name", ["intersection", "intersection3"])
+def test_dynamics_cut_short_are_sound(name, start, limit):
+    game = make_game(name, **HARD)
+    solution = best_response_dynamics(game, start=start, time_limit=limit)
+    assert solution.status in (Status.TIME_LIMIT, Status.LIMIT, Status.EQUILIBRIUM)
+    if solution.profile is None:
+        assert solution.evaluation is None
+    else:
+        assert evaluate(game, solution.profile).complaints() == ()
+    if solution.status is Status.EQUILIBRIUM:
+        assert solution.regret.max() <= 1e-5
+    else:
+        assert solution.regret is None or (solution.regret >= 0).all()
+
+
+def test_no_time_at_all_is_still_an_answer_with_a_bound():
+    game = make_game("intersection3", **HARD)
+    solution = social_optimum(game, time_limit=0.0)
+    assert solution.status is Status.TIME_LIMIT
+    earliest = [12, 12, 9]  # L1 distances of 117, 120 and 85 at speed 10
+    assert 0 <= solution.bound <= 0.5 * sum(earliest)
+
+
+def test_a_limit_that_is_long_enough_changes_nothing():
+    game = make_game("intersection")
+    free, limited = social_optimum(game), social_optimum(game, time_limit=600.0)
+    assert limited.status is Status.OPTIMAL
+    assert limited.value == free.value
+
+
+def test_a_cut_search_keeps_a_true_lower_bound():
+    game = make_game("intersection", **HARD)
+    best = social_optimum(game)
+    assert best.status is Status.OPTIMAL
+    for limit in (0.1, 0.3, 0.6, 1.0):
+        assert social_optimum(game, time_limit=limit).bound <= best.value + 1e-6
