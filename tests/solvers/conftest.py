@@ -16,8 +16,10 @@ Case = tuple[str, str, str, float, float]
 
 
 def cases() -> list[Case]:
-    """Everything for the box; for the L1 ball, where plans take longer, a choice."""
-    box = list(product(PAPER, ["box"], ["margin", "risk"], [0.5, 0.8], [0.0, 0.5]))
+    """Most for the box; for the L1 ball, where plans take longer, a choice."""
+    pairs = [(0.5, 0.0), (0.5, 0.5), (0.8, 0.5)]
+    head = product(PAPER, ["box"], ["margin", "risk"])
+    box = [(*case, lam, gain) for case in head for lam, gain in pairs]
     margin = list(product(PAPER, ["l1"], ["margin"], [0.5, 0.8], [0.5]))
     risk = list(product(PAPER[:4], ["l1"], ["risk"], [0.5], [0.5]))
     return box + margin + risk

@@ -18,7 +18,7 @@ COURSES = {
     "give way": Line(starts=(0, 8), goals=(6, 4), limits=(2, 1), horizon=7),
     "follow": Line(starts=(0, 2), goals=(8, 6), limits=(2, 1), horizon=7),
 }
-LAMS = [(0.0, 0.4), (0.3, 0.3), (0.5, 0.8), (0.9, 0.9)]
+LAMS = [(0.0, 0.4), (0.5, 0.8), (0.9, 0.9)]
 NOISES = {  # units of margin of 0, 1, 2, and 1 again without the sqrt(2)
     "none": {"noise": (0.0, 0.0)},
     "unit 1": {"noise": (0.25, 0.25)},
@@ -79,7 +79,7 @@ def test_mp2_agrees_with_dynamic_programming_against_every_path(course, noise, l
 
 @pytest.mark.parametrize("course", COURSES)
 @pytest.mark.parametrize("noise", ["unit 1", "unit 2", "growing"])
-@pytest.mark.parametrize("lam", LAMS[1:3])
+@pytest.mark.parametrize("lam", [(0.3, 0.3), (0.5, 0.8)])
 @pytest.mark.parametrize("agent", [0, 1])
 def test_mp2_with_risk_lies_between_the_grid_and_its_error(course, noise, lam, agent):
     more = GROWING if noise == "growing" else NOISES[noise]

@@ -85,9 +85,8 @@ def test_one_agent_alone_has_one_optimum_whatever_it_is_called(objective):
 
 
 def test_an_obstacle_across_the_way_costs_time_and_safety():
-    free = make_game("course", obstacles=(), speed="l1")
-    walled = make_game("course", speed="l1")
-    assert best_response(free, 0).value == pytest.approx(0.5 * ceil(105 / 10))
+    free, walled = make_game("course", obstacles=()), make_game("course")
+    assert best_response(free, 0).value == pytest.approx(0.5 * ceil(85 / 10))
     assert best_response(walled, 0).value > best_response(free, 0).value + 1e-3
 
 

@@ -17,7 +17,8 @@ from solvers import (
 LIMITS = (0.0, 0.01, 0.05, 0.2, 0.5)
 HARD = {"speed": "l1", "objective": "risk", "gain": 0.0}
 JOINT = {"social": social_optimum, "potential": potential_equilibrium}
-SOLVERS = {"HIGHS": "highspy", "SCIP": "pyscipopt"}
+CASES = [("intersection", "HIGHS"), ("intersection3", "HIGHS"), ("intersection", "SCIP")]
+MODULES = {"HIGHS": "highspy", "SCIP": "pyscipopt"}
 
 
 def respond(game, **options):
@@ -41,22 +42,20 @@ def assert_no_plan_or_a_sound_one(game, solution, movers=None):
     assert solution.bound >= 0  # costs are shifted
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("limit", LIMITS)
-@pytest.mark.parametrize("name", ["intersection", "intersection3"])
+@pytest.mark.parametrize(("name", "solver"), CASES)
 def test_a_best_response_cut_short_is_sound(name, limit, solver):
-    pytest.importorskip(SOLVERS[solver])
+    pytest.importorskip(MODULES[solver])
     game = make_game(name, **HARD)
     solution = respond(game, solver=solver, time_limit=limit)
     assert_no_plan_or_a_sound_one(game, solution, (0,))
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("limit", LIMITS)
-@pytest.mark.parametrize("name", ["intersection", "intersection3"])
+@pytest.mark.parametrize(("name", "solver"), CASES)
 @pytest.mark.parametrize("planner", JOINT)
 def test_a_program_over_all_agents_cut_short_is_sound(name, planner, limit, solver):
-    pytest.importorskip(SOLVERS[solver])
+    pytest.importorskip(MODULES[solver])
     game = make_game(name, **HARD)
     solution = JOINT[planner](game, solver=solver, time_limit=limit)
     assert_no_plan_or_a_sound_one(game, solution)
@@ -101,5 +100,5 @@ def test_a_cut_search_keeps_a_true_lower_bound():
     game = make_game("intersection", **HARD)
     best = social_optimum(game)
     assert best.status is Status.OPTIMAL
-    for limit in (0.1, 0.3, 0.6, 1.0):
+    for limit in (0.1, 0.5):
         assert social_optimum(game, time_limit=limit).bound <= best.value + 1e-6

@@ -73,10 +73,16 @@ def test_a_best_response_costs_no_more_than_the_plan_in_hand(paper_game, social)
         assert response.bound <= social.evaluation.shifted_cost[i] + SAME
 
 
-@pytest.mark.parametrize("name", ["parallel", "intersection"])
-@pytest.mark.parametrize("objective", ["margin", "risk"])
-@pytest.mark.parametrize("speed", ["box", "l1"])
-def test_solving_twice_gives_the_same_controls(name, objective, speed):
+@pytest.mark.parametrize(
+    ("name", "speed", "objective"),
+    [
+        ("parallel", "box", "risk"),
+        ("intersection", "box", "margin"),
+        ("intersection", "l1", "margin"),
+        ("opposing", "l1", "risk"),
+    ],
+)
+def test_solving_twice_gives_the_same_controls(name, speed, objective):
     game = make_game(name, speed=speed, objective=objective)
     straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
     planners = [
