@@ -42,10 +42,11 @@ class PathPlanningEnv(ParallelEnv):
     position - centre       d      where in the field
     in traffic              1      1 until arrival or crash
     time                    1      share of ``max_cycles`` gone
-    per other agent, in the order of the game:
-    there                   1      1 if its body can be hit, else it and the rest are 0
-    relative state          n      position less one's own; other components as they are
+    other: there            1      1 if its body can be hit, else it and the rest are 0
+    other: relative state   n      position less one's own; other components as they are
     ======================  =====  ==================================================
+
+    the last two for each other agent, in the order of the game.
 
     ``state()`` is one vector of shape (N n + N + 1,), float32: all positions less the centre and
     the other state components, divided by ``scale``; who is in traffic; the time share.
