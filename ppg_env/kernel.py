@@ -45,7 +45,7 @@ def step(  # type: ignore[no-untyped-def]
           g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals, g.input_offsets,
           g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled,
           arrived)  # fmt: skip
-    _collide(g.axes, state, status, g.pair, g.normals, g.offsets, g.first_face, g.stay, crashed,
+    _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
              overlap)  # fmt: skip
     _settle(status, alive, clock, crashed, g.crash_price, g.margin_reward, g.remove_crashed,
             g.stay, g.social, g.max_cycles, time_cost, safety_cost, reward, terminated, truncated,
@@ -213,8 +213,8 @@ def _move(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _collide(axes, state, status, pair, normals, offsets, first_face, stay, crashed, overlap):  # type: ignore[no-untyped-def]
-    """Which bodies overlap, and who crashed; parked bodies and walls are at peace."""
+def _collide(axes, state, status, pair, normals, depths, first_face, stay, crashed, overlap):  # type: ignore[no-untyped-def]
+    """Which bodies overlap by more than a touch, and who crashed; the parked are at peace."""
     C, N = status.shape
     d = len(axes)
     for c in range(C):
@@ -238,7 +238,7 @@ def _collide(axes, state, status, pair, normals, offsets, first_face, stay, cras
                 reach = 0.0
                 for k in range(d):
                     reach += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
-                if reach > offsets[f]:
+                if reach > depths[f]:
                     inside = False
                     break
             if inside:

@@ -4,8 +4,8 @@ r"""Monte Carlo of a profile's noisy closed loop, on its schedule.
 
 Deviations from the mean follow  e_{t+1} = (A - B gain) e_t + w_t  whatever the plan, so they
 are drawn once per block and laid over the means.  An agent crashes in an episode if, at any
-time in traffic, it overlaps another agent or an obstacle; it is not removed then, so that the
-counted event is the one the union bound is about.
+time in traffic, it overlaps another agent or an obstacle (touching is no overlap); it is not
+removed then, so that the counted event is the one the union bound is about.
 
 Episodes come in blocks of fixed size, each with a generator of its own made from the seed and
 the block's number: results do not depend on workers, and profiles of one game are compared
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.dynamics import square_root
 from ppg_env.errors import require
 from ppg_env.game import Game
@@ -142,7 +143,7 @@ def _block(game: Game, profile: Profile, seed: int, number: int, episodes: int) 
                 continue
             where = encounter.displacement(*(error[:episodes, i] for i in encounter.agents))
             nominal = encounter.displacement(*(means[i, t] for i in encounter.agents))
-            room = encounter.collision.offsets - encounter.collision.normals @ nominal
+            room = encounter.collision.offsets - encounter.collision.normals @ nominal - tol.LENGTH
             inside = np.ones(episodes, dtype=bool)
             for normal, limit in zip(encounter.collision.normals, room, strict=True):
                 inside &= where @ normal <= limit

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.dynamics import square_root
 from ppg_env.evaluate import encounter_units
 from ppg_env.game import Game
@@ -31,7 +32,8 @@ class Tables(NamedTuple):
     A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
     projection (N,) with low, high (N, m); edges (see :func:`_edges`) and faces of the control
     sets, concatenated, those of agent i from ``first_edge[i]`` and ``first_input[i]`` on;
-    pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on;
+    pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on,
+    depths = offsets less the tolerance within which bodies only touch;
     units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
     time_price (N,) = lam, crash_price (N,) = (1 - lam) kappa, margin_price (N,) = 1 - lam;
     schedule (N,), centre (d,) and scale of observations.
@@ -60,6 +62,7 @@ class Tables(NamedTuple):
     pair: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray
+    depths: np.ndarray
     first_face: np.ndarray
     units: np.ndarray
     margin_cap: float
@@ -124,6 +127,7 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         ).reshape(-1, 2),
         normals=_stack([e.collision.normals for e in encounters], (0, d)),
         offsets=_stack([e.collision.offsets for e in encounters], (0,)),
+        depths=_stack([e.collision.offsets for e in encounters], (0,)) - tol.LENGTH,
         first_face=_firsts([len(e.collision.offsets) for e in encounters]),
         units=np.hstack(
             [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in encounters)]

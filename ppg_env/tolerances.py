@@ -7,7 +7,8 @@ costs in time steps.
 from __future__ import annotations
 
 LENGTH = 1e-6
-"""A mean this close to its goal is *at* the goal, and a clearance above -LENGTH is no overlap.
+"""A mean this close to its goal is *at* the goal, and bodies that overlap by less only touch,
+for planners, simulation and environment alike.
 Ten times HiGHS's loosest feasibility answer on the paper's scenarios, a ten-millionth of a body."""
 
 CONTROL = 1e-7

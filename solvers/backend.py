@@ -10,6 +10,8 @@ constants out.
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import warnings
 from dataclasses import dataclass
 from time import monotonic
@@ -71,8 +73,9 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
     """
     begun = monotonic()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # cvxpy warns of limits, which the answer reports
+        # cvxpy warns of limits, which the answer reports; Gurobi prints its licence on stdout.
+        with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
+            warnings.simplefilter("ignore")
             problem.solve(solver=solver, warm_start=False, **_options(solver, time_limit))
     except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
         # SCIP through cvxpy calls it an error when the time runs out before the first incumbent.

@@ -237,6 +237,14 @@ def test_a_time_limit_truncates_and_does_not_terminate() -> None:
     assert results[1][3] == {"agent_0": True, "agent_1": True}
 
 
+def test_bodies_that_only_touch_do_not_crash() -> None:
+    """Sides of 4: centres 4 apart touch along a face, and any closer they overlap."""
+    results = drive(duel(), [(10.0, -10.0), (8.0, -8.0)])
+    assert not results[1][4]["agent_0"]["crashed"]
+    deeper = drive(duel(), [(10.0, -10.0), (8.0, -8.00001)])
+    assert deeper[1][4]["agent_0"]["crashed"]
+
+
 @pytest.mark.parametrize("speed", ["box", "l1", "disc"])
 def test_inputs_are_projected_on_the_control_set(speed: str) -> None:
     env = PathPlanningEnv("head_on", speed=speed, noise=0.0)
