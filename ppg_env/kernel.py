@@ -42,9 +42,9 @@ def step(  # type: ignore[no-untyped-def]
            g.margin_cap, g.pair, g.normals, g.offsets, g.first_face, g.units, time_cost,
            safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, clock, action, noise, g.A, g.B, g.root,
-          g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals, g.input_offsets,
-          g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled,
-          arrived)  # fmt: skip
+          g.separable, g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals,
+          g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule,
+          g.scheduled, arrived)  # fmt: skip
     _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
              overlap)  # fmt: skip
     _settle(status, alive, clock, crashed, g.crash_price, g.margin_reward, g.remove_crashed,
@@ -169,8 +169,8 @@ def _price(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _move(  # type: ignore[no-untyped-def]
-    state_axes, input_axes, state, status, clock, action, noise, A, B, root, projection, low, high,
-    edges, first_edge, input_normals, input_offsets, first_input,
+    state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
+    projection, low, high, edges, first_edge, input_normals, input_offsets, first_input,
     goal, goal_size, tolerance, schedule, scheduled, arrived,
 ):  # fmt: skip
     """Move by x' = A x + B u + root noise those in traffic; then who has arrived."""
@@ -183,30 +183,38 @@ def _move(  # type: ignore[no-untyped-def]
             arrived[c, i] = False
             if status[c, i] != TRAFFIC:
                 continue
-            for k in range(m):
-                u[k] = action[c, i, k]
             kind = projection[i]
-            if kind == BOX:
+            if separable[i]:  # the paper's case: every axis by itself, nothing kept in between
+                for k in range(n):
+                    push = action[c, i, k]
+                    if kind == BOX:
+                        push = min(max(push, low[i, k]), high[i, k])
+                    value = A[i, k, k] * state[c, i, k] + root[i, k, k] * noise[c, i, k]
+                    state[c, i, k] = value + B[i, k, k] * push
+            else:
                 for k in range(m):
-                    u[k] = min(max(u[k], low[i, k]), high[i, k])
-            elif kind == POLYGON:
-                _to_polygon(edges, first_edge[i], first_edge[i + 1], u)
-            elif kind == FACES:
-                _hildreth(input_normals, input_offsets, first_input[i], first_input[i + 1], u)
-            for k in range(n):
-                value = 0.0
-                for q in range(n):
-                    value += A[i, k, q] * state[c, i, q] + root[i, k, q] * noise[c, i, q]
-                for q in range(m):
-                    value += B[i, k, q] * u[q]
-                moved[k] = value
+                    u[k] = action[c, i, k]
+                    if kind == BOX:
+                        u[k] = min(max(u[k], low[i, k]), high[i, k])
+                if kind == POLYGON:
+                    _to_polygon(edges, first_edge[i], first_edge[i + 1], u)
+                elif kind == FACES:
+                    first, last = first_input[i], first_input[i + 1]
+                    _hildreth(input_normals, input_offsets, first, last, u)
+                for k in range(n):
+                    value = 0.0
+                    for q in range(n):
+                        value += A[i, k, q] * state[c, i, q] + root[i, k, q] * noise[c, i, q]
+                    for q in range(m):
+                        value += B[i, k, q] * u[q]
+                    moved[k] = value
+                for k in range(n):
+                    state[c, i, k] = moved[k]
             there = clock[c] >= schedule[i]
             if not scheduled:
                 there = True
                 for k in range(goal_size[i]):
-                    there = there and abs(moved[k] - goal[i, k]) <= tolerance
-            for k in range(n):
-                state[c, i, k] = moved[k]
+                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
             if there:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True

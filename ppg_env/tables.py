@@ -30,6 +30,7 @@ class Tables(NamedTuple):
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.kernel`;
     start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
     A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
+    separable (N,): whether every axis moves by itself, input limits included;
     projection (N,) with low, high (N, m); edges (see :func:`_edges`) and faces of the control
     sets, concatenated, those of agent i from ``first_edge[i]`` and ``first_input[i]`` on;
     pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on,
@@ -51,6 +52,7 @@ class Tables(NamedTuple):
     root: np.ndarray
     start_root: np.ndarray
     random_start: bool
+    separable: np.ndarray
     projection: np.ndarray
     low: np.ndarray
     high: np.ndarray
@@ -113,6 +115,7 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         root=root,
         start_root=start_root,
         random_start=bool(start_root.any()),
+        separable=np.array([_separable(game, rules, i, n, m) for i in range(N)]),
         projection=np.array([_projection(game, rules, i) for i in range(N)]),
         low=low,
         high=high,
@@ -155,6 +158,15 @@ def _projection(game: Game, rules: Rules, agent: int) -> int:
     if control.kind == "box" or control.dim == 1:
         return BOX
     return POLYGON if control.dim == 2 else FACES
+
+
+def _separable(game: Game, rules: Rules, agent: int, states: int, inputs: int) -> bool:
+    """One input per state component, all matrices diagonal, inputs limited one by one."""
+    mover = game.agents[agent]
+    matrices = (mover.A, mover.B, square_root(mover.noise))
+    square = states == mover.state_dim == mover.control_dim == inputs
+    straight = square and all(np.array_equal(M, np.diag(np.diag(M))) for M in matrices)
+    return straight and _projection(game, rules, agent) in (FREE, BOX)
 
 
 def _edges(control: Polytope) -> np.ndarray:
