@@ -22,6 +22,7 @@ import numpy as np
 from benchmarks.players import Limits, plan_of, policies_of
 from benchmarks.report import evaluation_report, game_name
 from ppg_env import arena as environment
+from ppg_env.arena import Interval
 from ppg_env.game import Game
 from ppg_env.montecarlo import CrashCounts, Estimate, crash_counts, proportion
 from ppg_env.plan import Profile
@@ -30,15 +31,6 @@ from solvers.solution import Solution
 
 ARENAS = ("schedule", "env")
 CONFIDENCE = 0.95
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A value with the limits of its confidence interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -99,14 +91,13 @@ def compare(
 
 
 def _in_environment(found: environment.Summary, seen: str) -> Played:
-    cost = found.cost_mean
     return Played(
         information=seen,
         arrival=tuple(mean.value for mean in found.arrival),
         success=tuple(found.success),
         crash=tuple(found.crash),
         crash_any=found.crash_any,
-        expected_cost=Interval(cost.value, cost.low, cost.high),
+        expected_cost=found.cost_mean,
     )
 
 

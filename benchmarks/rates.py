@@ -10,12 +10,12 @@ from __future__ import annotations
 import os
 import resource
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from benchmarks.measurement import Measurement
 from ppg_env.arena import evaluate
 from ppg_env.make import make_game
 from ppg_env.parallel import PathPlanningEnv
@@ -25,43 +25,28 @@ from ppg_env.simulator import Simulator
 COPIES = 4096
 
 
-@dataclass(frozen=True)
-class Ratio:
-    """A measured number against what it should reach (``at_least``), or stay under."""
-
-    what: str
-    value: float
-    target: float
-    at_least: bool = True
-
-    @property
-    def held(self) -> bool:
-        """Whether it did."""
-        return self.value >= self.target if self.at_least else self.value <= self.target
-
-
-def ratios(*, quick: bool = False, seed: int = 0) -> Iterator[Ratio]:
+def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
     """Run every measurement; ``quick`` takes few steps."""
     steps = 20 if quick else 1000
     ours, normals = batched_rates(steps, seed)
-    yield Ratio("batched: million agent-steps per second", ours / 1e6, 0.0)
-    yield Ratio("batched: share of the rate of drawing its normals", ours / normals, 0.4)
-    for name, rival, target in (
-        ("JaxMARL simple_spread", jaxmarl, 10),
-        ("VMAS navigation", vmas, 30),
-    ):
-        rate = _if_installed(rival, max(steps // 10, 2))
-        if rate is not None:
-            yield Ratio(f"batched: times {name} ({rate:.3g}/s)", ours / rate, target)
+    yield _rate("batched: million agent-steps per second", ours / 1e6)
+    yield _rate("batched: share of the rate of drawing its normals", ours / normals, 0.4)
+    rivals = (("JaxMARL simple_spread", jaxmarl, 10), ("VMAS navigation", vmas, 30))
+    for name, rival, target in rivals:
+        theirs = _if_installed(rival, max(steps // 10, 2))
+        if theirs is not None:
+            yield _rate(f"batched: times {name} ({theirs:.3g}/s)", ours / theirs, target)
     single = single_rate(10 * steps, seed)
-    yield Ratio("single: thousand agent-steps per second", single / 1e3, 0.0)
-    rate = _if_installed(mpe2, steps)
-    if rate is not None:
-        yield Ratio(f"single: times MPE2 simple_spread ({rate:.3g}/s)", single / rate, 5)
-    yield Ratio("memory after the steps, MiB more", memory_growth(1000 * steps, seed), 10, False)
-    yield Ratio(
-        "tracking 10^5 episodes of two agents, s", tracking_seconds(steps * 100, seed), 1, False
-    )
+    yield _rate("single: thousand agent-steps per second", single / 1e3)
+    theirs = _if_installed(mpe2, steps)
+    if theirs is not None:
+        yield _rate(f"single: times MPE2 simple_spread ({theirs:.3g}/s)", single / theirs, 5)
+    yield Measurement("MiB more after the steps", memory_growth(1000 * steps, seed), 10)
+    yield Measurement("tracking 10^5 episodes of two agents, s", tracking_seconds(steps, seed), 1)
+
+
+def _rate(what: str, value: float, target: float = 0.0) -> Measurement:
+    return Measurement(what, value, target, at_least=True)
 
 
 def batched_rates(steps: int, seed: int) -> tuple[float, float]:
@@ -114,13 +99,13 @@ def memory_growth(steps: int, seed: int) -> float:
     return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
 
 
-def tracking_seconds(episodes: int, seed: int) -> float:
-    """Seconds for ``episodes`` of two agents that track their straight plans."""
+def tracking_seconds(hundreds: int, seed: int) -> float:
+    """Seconds for so many hundred episodes of two agents that track their straight plans."""
     game = make_game("opposing")
     players = straight_players(game)
     evaluate(game, players, 10, seed)
     begun = perf_counter()
-    evaluate(game, players, episodes, seed)
+    evaluate(game, players, 100 * hundreds, seed)
     return perf_counter() - begun
 
 

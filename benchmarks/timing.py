@@ -1,4 +1,4 @@
-"""Times of the main operations, each beside the limit it should keep.
+"""Times of the main operations in seconds, each beside the limit it should keep.
 
 Set-up (making the game, the first import) is outside the timed region unless it is what is
 timed.  Absolute times depend on the machine; compare ratios between runs of one session.
@@ -9,9 +9,9 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from time import perf_counter
 
+from benchmarks.measurement import Measurement
 from ppg_env.game import Game
 from ppg_env.make import make_game
 from ppg_env.montecarlo import crash_counts
@@ -19,20 +19,6 @@ from ppg_env.plan import Profile, straight_plan
 
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 GAINS = (0.0, 0.5)
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """One timed operation: ``seconds`` against ``limit``."""
-
-    what: str
-    seconds: float
-    limit: float
-
-    @property
-    def held(self) -> bool:
-        """Whether it kept its limit."""
-        return self.seconds <= self.limit
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:

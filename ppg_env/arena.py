@@ -28,8 +28,8 @@ OUT = 2
 
 
 @dataclass(frozen=True)
-class Mean:
-    """A mean over episodes with its normal confidence interval; nan where nothing was seen."""
+class Interval:
+    """A value with the limits of its confidence interval; nan where nothing was seen."""
 
     value: float
     low: float
@@ -73,12 +73,12 @@ class Summary:
     together ``crash_any`` and ``cost_mean`` (mean over agents), each with its interval.
     """
 
-    arrival: list[Mean]
+    arrival: list[Interval]
     success: list[Estimate]
     crash: list[Estimate]
     crash_any: Estimate
-    cost: list[Mean]
-    cost_mean: Mean
+    cost: list[Interval]
+    cost_mean: Interval
 
 
 def evaluate(
@@ -155,13 +155,13 @@ def _share(hits: np.ndarray, confidence: float) -> Estimate:
     return proportion(int(hits.sum()), len(hits), confidence)
 
 
-def _mean(values: np.ndarray, confidence: float) -> Mean:
+def _mean(values: np.ndarray, confidence: float) -> Interval:
     from scipy.stats import norm
 
     if not values.size:
-        return Mean(float("nan"), float("nan"), float("nan"))
+        return Interval(float("nan"), float("nan"), float("nan"))
     value = float(values.mean())
     half = 0.0
     if values.size > 1:
         half = float(norm.ppf(0.5 + confidence / 2) * values.std(ddof=1) / np.sqrt(values.size))
-    return Mean(value, value - half, value + half)
+    return Interval(value, value - half, value + half)

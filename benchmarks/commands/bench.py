@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from benchmarks.options import JsonOption, SeedOption
 from benchmarks.terminal import print_json, print_table, working
 
-SUITES = ("planning", "environment")
+if TYPE_CHECKING:
+    from benchmarks.measurement import Measurement
+
+TITLES = {"planning": "Times in seconds", "environment": "The environment, on one core"}
+SUITES = tuple(TITLES)
 
 
 def bench(
@@ -25,14 +29,9 @@ def bench(
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))
     if suite == "planning":
-        _planning(quick, seed, as_json)
+        from benchmarks.timing import measurements
     else:
-        _environment(quick, seed, as_json)
-
-
-def _planning(quick: bool, seed: int, as_json: bool) -> None:
-    from benchmarks.timing import measurements
-
+        from benchmarks.rates import measurements
     rows = []
     with working("measuring") as status:
         for row in measurements(quick=quick, seed=seed):
@@ -41,28 +40,11 @@ def _planning(quick: bool, seed: int, as_json: bool) -> None:
     if as_json:
         print_json({"measurements": [vars(row) | {"held": row.held} for row in rows]})
         return
-    shown = [(row.what, f"{row.seconds:.3f}", f"{row.limit:g}", _yes(row.held)) for row in rows]
-    print_table("Times in seconds", ("what", "measured", "limit", "held"), shown)
-
-
-def _environment(quick: bool, seed: int, as_json: bool) -> None:
-    from benchmarks.rates import ratios
-
-    rows = []
-    with working("measuring") as status:
-        for row in ratios(quick=quick, seed=seed):
-            rows.append(row)
-            status.update(f"measured {row.what}")
-    if as_json:
-        print_json({"measurements": [vars(row) | {"held": row.held} for row in rows]})
-        return
     shown = [
-        (row.what, f"{row.value:.3g}", f"{'>=' if row.at_least else '<='} {row.target:g}",
-         _yes(row.held))
-        for row in rows
-    ]  # fmt: skip
-    print_table("The environment, on one core", ("what", "measured", "target", "held"), shown)
+        (row.what, f"{row.value:.3g}", _wanted(row), "yes" if row.held else "no") for row in rows
+    ]
+    print_table(TITLES[suite], ("what", "measured", "wanted", "held"), shown)
 
 
-def _yes(held: bool) -> str:
-    return "yes" if held else "no"
+def _wanted(row: Measurement) -> str:
+    return f"{'>=' if row.at_least else '<='} {row.target:g}" if row.target else ""

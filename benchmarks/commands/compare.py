@@ -27,7 +27,8 @@ from benchmarks.terminal import (
 )
 
 if TYPE_CHECKING:
-    from benchmarks.comparison import Interval, Row
+    from benchmarks.comparison import Row
+    from ppg_env.arena import Interval
     from ppg_env.game import Game
 
 FOLDER = Path("out")
