@@ -6,7 +6,10 @@ Results go to stdout, progress and warnings to stderr.  Exit codes: 0 done, 2 ba
 
 from __future__ import annotations
 
+import errno
+import signal
 import sys
+import threading
 import warnings
 
 import typer
@@ -30,6 +33,10 @@ for name, command in VERBS.items():
 
 def main(arguments: list[str] | None = None) -> None:
     """Run ``ppg`` and leave with its exit code."""
+    # A back end that works in C sees no KeyboardInterrupt; files are written atomically, so the
+    # default action of Ctrl-C loses nothing.
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     warnings.showwarning = _Once()  # type: ignore[assignment]
     try:
         app(args=arguments)
@@ -39,6 +46,11 @@ def main(arguments: list[str] | None = None) -> None:
     except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
         sys.stderr.close()
         raise SystemExit(0) from None
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        print(f"ppg: standard output: {error.strerror}; free some space.", file=sys.stderr)
+        raise SystemExit(BAD_INPUT) from None
 
 
 class _Once:

@@ -56,7 +56,8 @@ def straight(game: Game, _limits: Limits) -> Solution:
         return Solution(game, "straight", Status.UNREACHABLE, advice)
     judged = evaluate(game, profile)
     advice = "; ".join(judged.complaints()) or "free of overlap"
-    return Solution(game, "straight", Status.FEASIBLE, advice, profile, judged)
+    status = Status.FEASIBLE if judged.feasible else Status.INFEASIBLE
+    return Solution(game, "straight", status, advice, profile, judged)
 
 
 PLANNERS: dict[str, Callable[[Game, Limits], Solution]] = {

@@ -23,8 +23,8 @@ from ppg_env.simulator import Simulator
 COPIES = 4096
 """Copies per block."""
 
-OUT = 2
-"""The status of an agent that is out of the game, see :mod:`ppg_env.kernel`."""
+ARRIVED, OUT = 1, 2
+"""Status of agents that have arrived, or are out of the game; see :mod:`ppg_env.kernel`."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,7 @@ def _play(
     crash_price = simulator.tables.crash_price
     action = np.zeros((C, N, simulator.action_size))
     observation = simulator.reset()
+    arrived |= simulator.status == ARRIVED  # at time 0: they started at their goals
     while simulator.alive.any():
         traffic = simulator.status == 0
         for i, player in enumerate(players):

@@ -17,7 +17,13 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     InputError
         If the folder does not exist or cannot be written to; an old file is then untouched.
     """
-    target = Path(path)
+    target = Path(path).resolve()  # through links, which stay links
+    require(
+        target.is_file() or not target.exists(),
+        str(path),
+        "is not a regular file",
+        "name a file to write",
+    )
     data = content.encode("utf-8") if isinstance(content, str) else content
     temporary = None
     try:
@@ -34,14 +40,23 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
             f"cannot be written ({error.strerror})",
             "choose a folder that exists and is yours",
         ) from None
-    return target
+    return Path(path)
 
 
-def check_folder(path: str | Path) -> None:
-    """Refuse a file in a folder that does not exist, before any work is done for it."""
+def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> None:
+    """Refuse a file in a folder that does not exist, or of another kind than is written.
+
+    To be called before any work is done for the file; the folder ``ours`` may still be made.
+    """
+    require(
+        Path(path).suffix.lower() == suffix,
+        str(path),
+        f"does not end in {suffix}",
+        f"name a {suffix} file, the only kind that is written",
+    )
     folder = Path(path).parent
     require(
-        folder.is_dir(),
+        folder == ours or folder.is_dir(),
         str(path),
         f"cannot be written (there is no folder {str(folder)!r})",
         "choose a folder that exists and is yours",

@@ -63,15 +63,17 @@ def step(  # type: ignore[no-untyped-def]
 def begin(g: Tables, chosen, state, status, alive, clock, noise, observation):  # type: ignore[no-untyped-def]
     """Put the ``chosen`` copies at the start; ``noise`` (C, N, n) is read if starts are random."""
     _restart(g.state_axes, chosen, state, status, alive, clock, noise, g.start, g.start_root,
-             g.random_start)  # fmt: skip
+             g.random_start, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled)  # fmt: skip
     _observe(g.state_axes, g.axes, chosen, True, state, status, clock, g.goal, g.goal_size,
              g.centre, g.scale, g.max_cycles, g.stay, observation)  # fmt: skip
 
 
 @njit(cache=True)
 def _restart(  # type: ignore[no-untyped-def]
-    state_axes, chosen, state, status, alive, clock, noise, start, root, random
-):
+    state_axes, chosen, state, status, alive, clock, noise, start, root, random,
+    goal, goal_size, tolerance, schedule, scheduled,
+):  # fmt: skip
+    """Everybody at its start; who is at its goal there has arrived at time 0."""
     C, N = status.shape
     n = len(state_axes)
     for c in range(C):
@@ -87,6 +89,19 @@ def _restart(  # type: ignore[no-untyped-def]
                     for q in range(n):
                         value += root[i, k, q] * noise[c, i, q]
                 state[c, i, k] = value
+            if _arrives(state, c, i, 0, goal, goal_size, tolerance, schedule, scheduled):
+                status[c, i] = ARRIVED
+
+
+@njit(cache=True)
+def _arrives(state, c, i, time, goal, goal_size, tolerance, schedule, scheduled):  # type: ignore[no-untyped-def]
+    """Whether agent i of copy c is at its goal, or its time has come."""
+    if scheduled:
+        return time >= schedule[i]
+    there = True
+    for k in range(goal_size[i]):
+        there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
+    return there
 
 
 @njit(cache=True)
@@ -210,12 +225,7 @@ def _move(  # type: ignore[no-untyped-def]
                     moved[k] = value
                 for k in range(n):
                     state[c, i, k] = moved[k]
-            there = clock[c] >= schedule[i]
-            if not scheduled:
-                there = True
-                for k in range(goal_size[i]):
-                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
-            if there:
+            if _arrives(state, c, i, clock[c], goal, goal_size, tolerance, schedule, scheduled):
                 status[c, i] = ARRIVED
                 arrived[c, i] = True
 

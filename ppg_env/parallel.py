@@ -11,6 +11,7 @@ from pettingzoo import ParallelEnv
 
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game
+from ppg_env.gamefile import AGENT_KEYS, GAME_KEYS
 from ppg_env.make import make_game, override_game
 from ppg_env.rules import CHOICES, make_rules
 from ppg_env.simulator import Simulator
@@ -111,6 +112,9 @@ class PathPlanningEnv(ParallelEnv):
             f"is {render_mode!r}",
             "write " + " or ".join(RENDER_MODES),
         )
+        known = (*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)
+        for key in options:
+            require(key in known, key, "is not an option", "use one of " + ", ".join(known))
         rules = {key: options.pop(key) for key in RULES if key in options}
         made = game if isinstance(game, Game) else make_game(game)
         self.game = override_game(made, **options) if options else made
@@ -162,20 +166,23 @@ class PathPlanningEnv(ParallelEnv):
     ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
         """Begin an episode; a ``seed`` fixes all of its noise and that of later episodes."""
         if seed is not None:
-            self.simulator.seed(seed)
+            whole = isinstance(seed, (int, np.integer)) and seed >= 0
+            require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
+            self.simulator.seed(int(seed))
         observation = self.simulator.reset()[0]
         self.agents, self._begun = self.possible_agents[:], True
         if self._viewer is not None:
             self._viewer.record(self.simulator)
         if self.render_mode == "human":
             self.render()
-        quiet = {
-            "arrived": False, "crashed": False, "crashed_with": [], "in_traffic": True,
-            "time_cost": 0.0, "safety_cost": 0.0,
-        }  # fmt: skip
+        quiet = {"crashed": False, "time_cost": 0.0, "safety_cost": 0.0}
+        arrived = (self.simulator.status[0] != 0).tolist()
         return (
             {name: observation[i].copy() for name, i in self._index.items()},
-            {name: {**quiet, "crashed_with": []} for name in self.agents},
+            {
+                name: quiet | {"crashed_with": [], "arrived": there, "in_traffic": not there}
+                for name, there in zip(self.agents, arrived, strict=True)
+            },
         )
 
     def step(
@@ -188,6 +195,8 @@ class PathPlanningEnv(ParallelEnv):
         dict[str, dict[str, Any]],
     ]:
         """Move every living agent; ``actions`` names each of them."""
+        require(isinstance(actions, dict), "actions", "are not a dict", "write {agent: action}")
+        require(self._begun, "step", "comes before the first reset", "call reset first")
         acting = self.agents
         if not acting:
             require(not actions, "actions", "are given though nobody is left", "call reset first")
@@ -228,7 +237,7 @@ class PathPlanningEnv(ParallelEnv):
                 stacklevel=2,
             )
             return None
-        require(bool(self._begun), "render", "comes before the first reset", "call reset first")
+        require(self._begun, "render", "comes before the first reset", "call reset first")
         if self._viewer is None:
             from ppg_env.viewer import Viewer
 

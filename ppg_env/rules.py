@@ -25,6 +25,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game
 
@@ -102,7 +104,8 @@ class Rules:
             "is given although arrival is 'region'",
             "leave it out, or set arrival to 'schedule'",
         )
-        fits = isinstance(self.schedule, Sequence) and all(_whole(t, 0) for t in self.schedule)
+        listed = isinstance(self.schedule, (Sequence, np.ndarray))
+        fits = listed and all(_whole(t, 0) for t in self.schedule)
         require(fits, "schedule", f"is {self.schedule!r}", "give one whole number per agent")
         object.__setattr__(self, "schedule", tuple(int(t) for t in self.schedule))
 
@@ -135,7 +138,5 @@ def make_rules(game: Game, **options: Any) -> Rules:
 
 
 def _whole(value: Any, least: int) -> bool:
-    import numpy as np
-
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     return bool(whole and value >= least)

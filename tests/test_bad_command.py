@@ -194,7 +194,6 @@ def test_a_faulty_game_file_is_told_with_file_and_place(
         "render head_on --out missing/picture.png",
         "solve parallel --solution best-response --out missing/plan.json",
         "compare parallel --players straight --episodes 10 --out missing/picture.png",
-        "solve parallel --solution best-response --out .",
     ],
 )
 @pytest.mark.parametrize("as_json", [False, True], ids=["", "--json"])

@@ -179,11 +179,11 @@ def _target(game: Game, out: str | None) -> str:
     import re
 
     from benchmarks.report import game_name
-    from ppg_env.files import check_folder
+    from ppg_env.files import check_target
 
     if out is None:
         stem = re.sub(r"[^A-Za-z0-9]+", "-", game_name(game)).strip("-")
         out = str(FOLDER / f"compare-{stem}.png")
-    if Path(out).parent != FOLDER:  # the default folder is ours to make, others are not
-        check_folder(out)
+    # The default folder is ours to make, and made when there is something to put there.
+    check_target(out, ".png", ours=FOLDER)
     return out

@@ -23,14 +23,16 @@ def risk(
 ) -> None:
     """Crash probability of a plan: the union bound, or Monte Carlo with exact intervals."""
     from ppg_env.errors import require
+    from ppg_env.evaluate import evaluate
     from ppg_env.planfile import read_plan
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
     game, profile, _ = read_plan(plan)
+    complaints = evaluate(game, profile).complaints()
+    if complaints:
+        typer.echo(f"ppg: {plan} is no valid plan: {'; '.join(complaints)}.", err=True)
     begun = monotonic()
     if method == "bound":
-        from ppg_env.evaluate import evaluate
-
         judged = evaluate(game, profile)
         each = [_at_most(float(value)) for value in judged.risk_bound]
         anybody, samples = _at_most(judged.risk_bound_any), 0
@@ -59,6 +61,7 @@ def risk(
                 "method": method,
                 "samples": samples,
                 "seconds": monotonic() - begun,
+                "complaints": list(complaints),
             }
         )
         return

@@ -20,12 +20,13 @@ def show(
 ) -> None:
     """Show a game: its agents, obstacles and weights; write it as a TOML file."""
     from ppg_env.dynamics import earliest_arrival
-    from ppg_env.files import write_atomically
+    from ppg_env.files import check_target, write_atomically
     from ppg_env.gamefile import game_to_tables, game_to_toml
     from ppg_env.make import make_game
 
     made = make_game(game, **overrides)
     if out is not None:
+        check_target(out, ".toml")
         write_atomically(out, game_to_toml(made))
         typer.echo(f"wrote {out}", err=True)
     if as_json:

@@ -51,7 +51,7 @@ def solve(
     """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
     from benchmarks.report import solution_report
     from ppg_env.errors import require
-    from ppg_env.files import check_folder
+    from ppg_env.files import check_target
     from ppg_env.make import make_game
     from ppg_env.planfile import write_plan
 
@@ -60,7 +60,7 @@ def solve(
     )
     made = make_game(game, **overrides)
     if out is not None:
-        check_folder(out)
+        check_target(out, ".json")
     with working(f"{solution} of {game}"):
         if solution == "best-response":
             found = _best_response(made, agent, against, solver, time_limit)

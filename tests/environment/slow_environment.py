@@ -52,8 +52,14 @@ class SlowGame:
 
     def __post_init__(self) -> None:
         self.states = [agent.start.copy() for agent in self.game.agents]
-        self.place = ["traffic" for _ in self.states]
+        self.place = ["arrived" if self.at_goal(i) else "traffic" for i in range(len(self.states))]
         self.alive = [True for _ in self.states]
+
+    def at_goal(self, i: int) -> bool:
+        if self.rules.schedule is not None:
+            return self.time >= self.rules.schedule[i]
+        goal = self.game.agents[i].goal
+        return bool(np.abs(self.states[i][: goal.size] - goal).max() <= self.rules.tolerance)
 
     def bodies(self) -> list[tuple[int, int | None, np.ndarray, np.ndarray]]:
         """All pairs that may meet: i, j or None, displacement, vertices of the collision set."""
@@ -90,10 +96,7 @@ class SlowGame:
             self.states[i] = (
                 agent.A @ self.states[i] + agent.B @ u + roots[i, :n, :n] @ noise[i, :n]
             )
-            size = agent.goal.size
-            at_goal = np.abs(self.states[i][:size] - agent.goal).max() <= rules.tolerance
-            due = rules.schedule is not None and self.time >= rules.schedule[i]
-            if at_goal if rules.arrival == "region" else due:
+            if self.at_goal(i):
                 self.place[i], arrived[i] = "arrived", True
         crashed = [False] * len(agents)
         for i, j, away, vertices in self.bodies():
