@@ -38,13 +38,13 @@ def step(  # type: ignore[no-untyped-def]
     off are ``truncated`` and no longer alive; ``over`` marks copies whose episode has ended.
     """
     acting[:] = alive
-    _price(g.axes, status, clock, state, g.time_price, g.margin_price, g.margin_reward,
-           g.margin_cap, g.pair, g.normals, g.offsets, g.first_face, g.units, time_cost,
-           safety_cost)  # fmt: skip
+    if g.margin_reward:
+        _price_margins(g.axes, status, clock, state, g.margin_price, g.margin_cap, g.pair,
+                       g.normals, g.offsets, g.first_face, g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, clock, action, noise, g.A, g.B, g.root,
           g.separable, g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals,
           g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule,
-          g.scheduled, arrived)  # fmt: skip
+          g.scheduled, g.time_price, arrived, time_cost)  # fmt: skip
     _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
              overlap)  # fmt: skip
     _settle(status, alive, clock, crashed, g.crash_price, g.margin_reward, g.remove_crashed,
@@ -89,19 +89,13 @@ def _restart(  # type: ignore[no-untyped-def]
                     for q in range(n):
                         value += root[i, k, q] * noise[c, i, q]
                 state[c, i, k] = value
-            if _arrives(state, c, i, 0, goal, goal_size, tolerance, schedule, scheduled):
+            there = schedule[i] <= 0
+            if not scheduled:
+                there = True
+                for k in range(goal_size[i]):
+                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
+            if there:
                 status[c, i] = ARRIVED
-
-
-@njit(cache=True)
-def _arrives(state, c, i, time, goal, goal_size, tolerance, schedule, scheduled):  # type: ignore[no-untyped-def]
-    """Whether agent i of copy c is at its goal, or its time has come."""
-    if scheduled:
-        return time >= schedule[i]
-    there = True
-    for k in range(goal_size[i]):
-        there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
-    return there
 
 
 @njit(cache=True)
@@ -149,19 +143,16 @@ def _observe(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _price(  # type: ignore[no-untyped-def]
-    axes, status, clock, state, time_price, margin_price, margin_reward, cap,
-    pair, normals, offsets, first_face, units, time_cost, safety_cost,
+def _price_margins(  # type: ignore[no-untyped-def]
+    axes, status, clock, state, margin_price, cap, pair, normals, offsets, first_face, units,
+    safety_cost,
 ):  # fmt: skip
-    """Time, and for the reward ``margin`` the missing margins, of those in traffic so far."""
+    """What the margins are short of the cap, for those in traffic, before they move."""
     C, N = status.shape
     d = len(axes)
     for c in range(C):
         for i in range(N):
-            time_cost[c, i] = time_price[i] if status[c, i] == TRAFFIC else 0.0
             safety_cost[c, i] = 0.0
-        if not margin_reward:
-            continue
         row = min(clock[c], units.shape[0] - 1)
         for e in range(pair.shape[0]):
             i, j = pair[e, 0], pair[e, 1]
@@ -186,9 +177,9 @@ def _price(  # type: ignore[no-untyped-def]
 def _move(  # type: ignore[no-untyped-def]
     state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
     projection, low, high, edges, first_edge, input_normals, input_offsets, first_input,
-    goal, goal_size, tolerance, schedule, scheduled, arrived,
+    goal, goal_size, tolerance, schedule, scheduled, time_price, arrived, time_cost,
 ):  # fmt: skip
-    """Move by x' = A x + B u + root noise those in traffic; then who has arrived."""
+    """Move by x' = A x + B u + root noise those in traffic, who pay for it; see who arrives."""
     C, N = status.shape
     n, m = len(state_axes), len(input_axes)
     u, moved = np.empty(m), np.empty(n)
@@ -197,7 +188,9 @@ def _move(  # type: ignore[no-untyped-def]
         for i in range(N):
             arrived[c, i] = False
             if status[c, i] != TRAFFIC:
+                time_cost[c, i] = 0.0
                 continue
+            time_cost[c, i] = time_price[i]
             kind = projection[i]
             if separable[i]:  # the paper's case: every axis by itself, nothing kept in between
                 for k in range(n):
@@ -225,7 +218,12 @@ def _move(  # type: ignore[no-untyped-def]
                     moved[k] = value
                 for k in range(n):
                     state[c, i, k] = moved[k]
-            if _arrives(state, c, i, clock[c], goal, goal_size, tolerance, schedule, scheduled):
+            there = clock[c] >= schedule[i]
+            if not scheduled:  # spelled out: a call for every agent doubles the time of a step
+                there = True
+                for k in range(goal_size[i]):
+                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
+            if there:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True
 
@@ -276,11 +274,10 @@ def _settle(  # type: ignore[no-untyped-def]
     for c in range(C):
         busy, total = False, 0.0
         for i in range(N):
-            if crashed[c, i]:
-                if not margin_reward:
-                    safety_cost[c, i] += crash_price[i]
-                if remove_crashed:
-                    status[c, i] = CRASHED
+            if not margin_reward:
+                safety_cost[c, i] = crash_price[i] if crashed[c, i] else 0.0
+            if crashed[c, i] and remove_crashed:
+                status[c, i] = CRASHED
             busy = busy or status[c, i] == TRAFFIC
             total += time_cost[c, i] + safety_cost[c, i]
         late = clock[c] >= max_cycles
