@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import resource
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
@@ -26,8 +27,26 @@ COPIES = 4096
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Run every measurement; ``quick`` takes few steps."""
-    steps = 20 if quick else 1000
+    """Run every measurement, all on one core; ``quick`` takes few steps."""
+    with _on_one_core():
+        yield from _measurements(20 if quick else 1000, seed)
+
+
+@contextmanager
+def _on_one_core() -> Iterator[None]:
+    """Hold the process to one core, where the system can: libraries have threads of their own."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def _measurements(steps: int, seed: int) -> Iterator[Measurement]:
     ours, normals = batched_rates(steps, seed)
     yield _rate("batched: million agent-steps per second", ours / 1e6)
     yield _rate("batched: share of the rate of drawing its normals", ours / normals, 0.4)
@@ -111,7 +130,6 @@ def tracking_seconds(hundreds: int, seed: int) -> float:
 
 def jaxmarl(steps: int) -> float:
     """JaxMARL's simple_spread, compiled, vectorised over copies and scanned over steps."""
-    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
     import jax
     from jaxmarl import make
 
