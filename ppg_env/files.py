@@ -21,7 +21,7 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     require(
         target.is_file() or not target.exists(),
         str(path),
-        "is not a regular file",
+        "cannot be written (it is not a regular file)",
         "name a file to write",
     )
     data = content.encode("utf-8") if isinstance(content, str) else content
