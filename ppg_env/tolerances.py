@@ -34,6 +34,10 @@ IMPROVEMENT = 1e-6
 """A best response that gains less than this has gained nothing: the dynamics stop.  Far above
 the back ends' objective error (1e-9), far below what anybody could measure."""
 
+EQUILIBRIUM = 1e-4
+"""Dynamics that have settled are called an equilibrium if no certified regret is above this, in
+time steps: far above the error of bounds, far below a step."""
+
 REFINEMENT = 1e-7
 """Tangents of the crash-risk curve are added until the model's cost is this close to the exact
 one; certificates of 1e-5 then keep two digits in hand."""

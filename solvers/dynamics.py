@@ -104,8 +104,7 @@ class _Dynamics:
                 profile = self._adopt(sweep, profile, found, pending)
                 pending -= set(agents)
             if not self.changed:
-                status = Status.EQUILIBRIUM
-                break
+                return self._settled(profile)
             if profile in seen and profile != before:
                 status = Status.CYCLE
                 break
@@ -165,11 +164,21 @@ class _Dynamics:
         solution = Solution(
             self.game, "nash", status, ADVICE[status], profile, evaluation, trace=tuple(self.trace)
         )
-        if status is Status.EQUILIBRIUM:
-            # Nobody moved in the last sweep, so its bounds are about this very profile.
-            regret = np.maximum(evaluation.shifted_cost - self.bounds, 0.0)
-            solution = replace(solution, regret=regret)
         return replace(solution, seconds=self.clock.spent)
+
+    def _settled(self, profile: Profile) -> Solution:
+        """Nobody moved in the last sweep, so its bounds are about this very profile.
+
+        It is called an equilibrium only if they prove it: responses that the time limit cut short
+        may have missed a gain.
+        """
+        solution = self._finished(profile, Status.EQUILIBRIUM)
+        if solution.evaluation is None:
+            return solution
+        regret = np.maximum(solution.evaluation.shifted_cost - self.bounds, 0.0)
+        if regret.max() > tol.EQUILIBRIUM:
+            solution = replace(solution, status=Status.LIMIT, advice=ADVICE[Status.LIMIT])
+        return replace(solution, regret=regret)
 
     def _failed(self, profile: Profile, pending: set[int], agent: int, found: Found) -> Solution:
         feasible = not pending and evaluate(self.game, profile).feasible
