@@ -37,6 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
     # default action of Ctrl-C loses nothing.
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # A callable object where the type stub wants a function.
     warnings.showwarning = _Once()  # type: ignore[assignment]
     try:
         app(args=arguments)

@@ -70,6 +70,7 @@ def with_game_options(command: Callable[..., None]) -> Callable[..., None]:
         command(**values, overrides={k: v for k, v in given.items() if v is not None})
 
     keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+    # Typer reads what inspect.signature reports; the attribute is how to tell it.
     wrapper.__signature__ = inspect.Signature(keyword + extra)  # type: ignore[attr-defined]
     wrapper.__annotations__ = hints | dict(_GAME_OPTIONS)
     return wrapper

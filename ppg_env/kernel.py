@@ -27,7 +27,7 @@ SETTLED = 1e-12
 
 
 @njit(cache=True)
-def step(  # type: ignore[no-untyped-def]
+def step(
     g: Tables, state, status, alive, clock, action, noise, restarting, start_noise,
     reward, time_cost, safety_cost, arrived, crashed, overlap, terminated, truncated, acting, over,
     observation, final_observation,
@@ -60,7 +60,7 @@ def step(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def begin(g: Tables, chosen, state, status, alive, clock, noise, observation):  # type: ignore[no-untyped-def]
+def begin(g: Tables, chosen, state, status, alive, clock, noise, observation):
     """Put the ``chosen`` copies at the start; ``noise`` (C, N, n) is read if starts are random."""
     _restart(g.state_axes, chosen, state, status, alive, clock, noise, g.start, g.start_root,
              g.random_start, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled)  # fmt: skip
@@ -69,7 +69,7 @@ def begin(g: Tables, chosen, state, status, alive, clock, noise, observation):  
 
 
 @njit(cache=True)
-def _restart(  # type: ignore[no-untyped-def]
+def _restart(
     state_axes, chosen, state, status, alive, clock, noise, start, root, random,
     goal, goal_size, tolerance, schedule, scheduled,
 ):  # fmt: skip
@@ -99,7 +99,7 @@ def _restart(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _observe(  # type: ignore[no-untyped-def]
+def _observe(
     state_axes, axes, marks, marked, state, status, clock, goal, goal_size, centre, scale,
     max_cycles, stay, out,
 ):  # fmt: skip
@@ -143,7 +143,7 @@ def _observe(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _price_margins(  # type: ignore[no-untyped-def]
+def _price_margins(
     axes, status, clock, state, margin_price, cap, pair, normals, offsets, first_face, units,
     safety_cost,
 ):  # fmt: skip
@@ -174,7 +174,7 @@ def _price_margins(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _move(  # type: ignore[no-untyped-def]
+def _move(
     state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
     projection, low, high, edges, first_edge, input_normals, input_offsets, first_input,
     goal, goal_size, tolerance, schedule, scheduled, time_price, arrived, time_cost,
@@ -229,7 +229,7 @@ def _move(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _collide(axes, state, status, pair, normals, depths, first_face, stay, crashed, overlap):  # type: ignore[no-untyped-def]
+def _collide(axes, state, status, pair, normals, depths, first_face, stay, crashed, overlap):
     """Which bodies overlap by more than a touch, and who crashed; the parked are at peace."""
     C, N = status.shape
     d = len(axes)
@@ -265,7 +265,7 @@ def _collide(axes, state, status, pair, normals, depths, first_face, stay, crash
 
 
 @njit(cache=True)
-def _settle(  # type: ignore[no-untyped-def]
+def _settle(
     status, alive, clock, crashed, crash_price, margin_reward, remove_crashed,
     stay, social, max_cycles, time_cost, safety_cost, reward, terminated, truncated, over,
 ):  # fmt: skip
@@ -296,7 +296,7 @@ def _settle(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _to_polygon(edges, first, last, u):  # type: ignore[no-untyped-def]
+def _to_polygon(edges, first, last, u):
     """Replace ``u`` by the nearest point of a polygon: the best on an edge that it lies beyond.
 
     Rows of ``edges``: corner (2), unit tangent (2) counter-clockwise, length.
@@ -315,7 +315,7 @@ def _to_polygon(edges, first, last, u):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _hildreth(normals, offsets, first, last, u):  # type: ignore[no-untyped-def]
+def _hildreth(normals, offsets, first, last, u):
     """Hildreth's method: coordinate ascent on the dual of min |v - u|^2 over the half-spaces."""
     price = np.zeros(last - first)
     for _ in range(SWEEPS):

@@ -27,6 +27,8 @@ def _key(value: Any) -> Any:
 class Record:
     """Mixin for ``@dataclass(frozen=True, eq=False)``: value semantics over array fields."""
 
+    # The type checker cannot know that whoever mixes this in is a dataclass.
+
     @cached_property
     def _identity(self) -> tuple[Any, ...]:
         return tuple(_key(getattr(self, field.name)) for field in fields(self))  # type: ignore[arg-type]
