@@ -127,8 +127,7 @@ def _play(
     arrival = np.zeros((C, N))
     arrived, crashed = np.zeros((C, N), dtype=bool), np.zeros((C, N), dtype=bool)
     cost = np.zeros((C, N))
-    time_price = simulator.tables.time_price
-    crash_price = simulator.tables.crash_price
+    crash_price = (1 - simulator.lam) * simulator.game.crash_cost
     action = np.zeros((C, N, simulator.action_size))
     observation = simulator.reset()
     arrived |= simulator.status == ARRIVED  # at time 0: they started at their goals
@@ -138,7 +137,7 @@ def _play(
             if traffic[:, i].any():
                 view = View(observation[:, i], simulator.state, traffic, simulator.clock)
                 action[:, i, : sizes[i]] = player.act(view)
-        cost += traffic * time_price
+        cost += traffic * simulator.lam
         step = simulator.step(action, random.standard_normal(out=noise)[:C], restart=False)
         observation = step.observation
         live = np.any(step.acting, axis=1, keepdims=True)

@@ -28,7 +28,7 @@ SETTLED = 1e-12
 
 @njit(cache=True)
 def step(
-    g: Tables, state, status, alive, clock, action, noise, restarting, start_noise,
+    g: Tables, state, status, alive, clock, lam, action, noise, restarting, start_noise,
     reward, time_cost, safety_cost, arrived, crashed, overlap, terminated, truncated, acting, over,
     observation, final_observation,
 ):  # fmt: skip
@@ -39,15 +39,15 @@ def step(
     """
     acting[:] = alive
     if g.margin_reward:
-        _price_margins(g.axes, status, clock, state, g.margin_price, g.margin_cap, g.pair,
+        _price_margins(g.axes, status, clock, state, lam, g.margin_cap, g.pair,
                        g.normals, g.offsets, g.first_face, g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, clock, action, noise, g.A, g.B, g.root,
           g.separable, g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals,
           g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule,
-          g.scheduled, g.time_price, arrived, time_cost)  # fmt: skip
+          g.scheduled, lam, arrived, time_cost)  # fmt: skip
     _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
              overlap)  # fmt: skip
-    _settle(status, alive, clock, crashed, g.crash_price, g.margin_reward, g.remove_crashed,
+    _settle(status, alive, clock, crashed, lam, g.crash_cost, g.margin_reward, g.remove_crashed,
             g.stay, g.social, g.max_cycles, time_cost, safety_cost, reward, terminated, truncated,
             over)  # fmt: skip
     _observe(g.state_axes, g.axes, over, False, state, status, clock, g.goal, g.goal_size,
@@ -144,7 +144,7 @@ def _observe(
 
 @njit(cache=True)
 def _price_margins(
-    axes, status, clock, state, margin_price, cap, pair, normals, offsets, first_face, units,
+    axes, status, clock, state, lam, cap, pair, normals, offsets, first_face, units,
     safety_cost,
 ):  # fmt: skip
     """What the margins are short of the cap, for those in traffic, before they move."""
@@ -168,16 +168,16 @@ def _price_margins(
                 elif clear >= -1e-6:  # a face without noise counts fully or not at all
                     best = np.inf
             missing = cap - min(best, cap)
-            safety_cost[c, i] += margin_price[i] * missing
+            safety_cost[c, i] += (1.0 - lam[c, i]) * missing
             if j >= 0:
-                safety_cost[c, j] += margin_price[j] * missing
+                safety_cost[c, j] += (1.0 - lam[c, j]) * missing
 
 
 @njit(cache=True)
 def _move(
     state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
     projection, low, high, edges, first_edge, input_normals, input_offsets, first_input,
-    goal, goal_size, tolerance, schedule, scheduled, time_price, arrived, time_cost,
+    goal, goal_size, tolerance, schedule, scheduled, lam, arrived, time_cost,
 ):  # fmt: skip
     """Move by x' = A x + B u + root noise those in traffic, who pay for it; see who arrives."""
     C, N = status.shape
@@ -190,7 +190,7 @@ def _move(
             if status[c, i] != TRAFFIC:
                 time_cost[c, i] = 0.0
                 continue
-            time_cost[c, i] = time_price[i]
+            time_cost[c, i] = lam[c, i]
             kind = projection[i]
             if separable[i]:  # the paper's case: every axis by itself, nothing kept in between
                 for k in range(n):
@@ -266,7 +266,7 @@ def _collide(axes, state, status, pair, normals, depths, first_face, stay, crash
 
 @njit(cache=True)
 def _settle(
-    status, alive, clock, crashed, crash_price, margin_reward, remove_crashed,
+    status, alive, clock, crashed, lam, crash_cost, margin_reward, remove_crashed,
     stay, social, max_cycles, time_cost, safety_cost, reward, terminated, truncated, over,
 ):  # fmt: skip
     """Pay, and end the episodes of those who have arrived or crashed, or whose time is up."""
@@ -275,7 +275,7 @@ def _settle(
         busy, total = False, 0.0
         for i in range(N):
             if not margin_reward:
-                safety_cost[c, i] = crash_price[i] if crashed[c, i] else 0.0
+                safety_cost[c, i] = (1.0 - lam[c, i]) * crash_cost if crashed[c, i] else 0.0
             if crashed[c, i] and remove_crashed:
                 status[c, i] = CRASHED
             busy = busy or status[c, i] == TRAFFIC

@@ -60,6 +60,7 @@ class Simulator:
     status : (C, N) 0 in traffic, 1 arrived, 2 out after a crash.
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
+    lam : (C, N) weights of time that rewards are counted with, the game's unless changed.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class Simulator:
         self.status = np.zeros((C, N), dtype=np.int8)
         self.alive = np.zeros((C, N), dtype=np.bool_)
         self.clock = np.zeros(C, dtype=np.int64)
+        self.lam = np.tile(self.tables.lam, (C, 1))
         self._noise = np.zeros((C, N, n))
         self._start_noise = np.zeros((C, N, n))
         self._all = np.ones(C, dtype=np.bool_)
@@ -106,13 +108,14 @@ class Simulator:
             np.random.SFC64(seed if known else np.random.SeedSequence(seed))
         )
 
-    def reset(self) -> np.ndarray:
-        """Begin every copy anew; the first observations (C, N, W)."""
+    def reset(self, chosen: np.ndarray | None = None) -> np.ndarray:
+        """Begin every copy anew, or the ``chosen`` (C,) ones; all observations (C, N, W)."""
         from ppg_env import kernel
 
         self._draw_starts()
+        chosen = self._all if chosen is None else chosen
         kernel.begin(
-            self.tables, self._all, self.state, self.status, self.alive, self.clock,
+            self.tables, chosen, self.state, self.status, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
         return self.last.observation
@@ -133,8 +136,8 @@ class Simulator:
             self._draw_starts()
         out = self.last
         kernel.step(
-            self.tables, self.state, self.status, self.alive, self.clock, action, noise, restart,
-            self._start_noise, out.reward, out.time_cost, out.safety_cost, out.arrived,
+            self.tables, self.state, self.status, self.alive, self.clock, self.lam, action, noise,
+            restart, self._start_noise, out.reward, out.time_cost, out.safety_cost, out.arrived,
             out.crashed, out.overlap, out.terminated, out.truncated, out.acting, out.over,
             out.observation, out.final_observation,
         )  # fmt: skip

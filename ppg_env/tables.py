@@ -36,7 +36,7 @@ class Tables(NamedTuple):
     pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on,
     depths = offsets less the tolerance within which bodies only touch;
     units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
-    time_price (N,) = lam, crash_price (N,) = (1 - lam) kappa, margin_price (N,) = 1 - lam;
+    lam (N,) weights of time and crash_cost kappa;
     schedule (N,), centre (d,) and scale of observations.
     """
 
@@ -68,9 +68,8 @@ class Tables(NamedTuple):
     first_face: np.ndarray
     units: np.ndarray
     margin_cap: float
-    time_price: np.ndarray
-    crash_price: np.ndarray
-    margin_price: np.ndarray
+    lam: np.ndarray
+    crash_cost: float
     schedule: np.ndarray
     scheduled: bool
     stay: bool
@@ -136,9 +135,8 @@ def make_tables(game: Game, rules: Rules) -> Tables:
             [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in encounters)]
         ),
         margin_cap=game.margin_cap,
-        time_price=np.array([agent.lam for agent in agents]),
-        crash_price=np.array([(1 - agent.lam) * game.crash_cost for agent in agents]),
-        margin_price=np.array([1 - agent.lam for agent in agents]),
+        lam=np.array([agent.lam for agent in agents]),
+        crash_cost=game.crash_cost,
         schedule=np.array(rules.schedule or [NEVER] * N, dtype=np.int64),
         scheduled=rules.arrival == "schedule",
         stay=rules.on_goal == "stay",
