@@ -66,7 +66,7 @@ def with_game_options(command: Callable[..., None]) -> Callable[..., None]:
     def wrapper(**values: Any) -> None:
         given = {name: values.pop(name) for name in _GAME_OPTIONS}
         for name in ("lam", "gain"):
-            given[name] = _numbers(name, given[name])
+            given[name] = numbers(name, given[name])
         command(**values, overrides={k: v for k, v in given.items() if v is not None})
 
     keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
@@ -76,7 +76,8 @@ def with_game_options(command: Callable[..., None]) -> Callable[..., None]:
     return wrapper
 
 
-def _numbers(name: str, text: str | None) -> float | list[float] | None:
+def numbers(name: str, text: str | None) -> float | list[float] | None:
+    """The number in ``text``, or the list of numbers between its commas."""
     if text is None:
         return None
     try:

@@ -16,7 +16,7 @@ import numpy as np
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.montecarlo import Estimate, proportion
-from ppg_env.players import Player, View
+from ppg_env.players import Player
 from ppg_env.rules import Rules
 from ppg_env.simulator import Simulator
 
@@ -51,6 +51,12 @@ class Episodes:
     arrived: np.ndarray
     crashed: np.ndarray
     cost: np.ndarray
+
+    @classmethod
+    def joined(cls, groups: Sequence[Episodes]) -> Episodes:
+        """All episodes of several groups, one after the other."""
+        columns = zip(*(vars(group).values() for group in groups), strict=True)
+        return cls(*(np.concatenate(column) for column in columns))
 
     def summary(self, confidence: float = 0.95) -> Summary:
         """Means and proportions with intervals."""
@@ -87,12 +93,13 @@ def evaluate(
     episodes: int,
     seed: int = 0,
     *,
+    group: int = 0,
     rules: Rules | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Episodes:
     """Let ``players``, one per agent, play ``episodes`` of ``game`` under ``rules``.
 
-    ``progress`` is called with the number of episodes finished since the last call.
+    Groups of episodes with the same seed have independent noise.  ``progress`` is called with the number of episodes finished since the last call.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def evaluate(
     parts = []
     for block in range(-(-episodes // COPIES)):
         wanted = min(COPIES, episodes - block * COPIES)
-        starts, noise = np.random.SeedSequence(seed, spawn_key=(block,)).spawn(2)
+        starts, noise = np.random.SeedSequence(seed, spawn_key=(group, block)).spawn(2)
         simulator = Simulator(game, rules, wanted, starts)
         parts.append(_play(simulator, players, np.random.Generator(np.random.SFC64(noise))))
         if progress is not None:
@@ -129,17 +136,15 @@ def _play(
     cost = np.zeros((C, N))
     crash_price = (1 - simulator.lam) * simulator.game.crash_cost
     action = np.zeros((C, N, simulator.action_size))
-    observation = simulator.reset()
+    simulator.reset()
     arrived |= simulator.status == ARRIVED  # at time 0: they started at their goals
     while simulator.alive.any():
         traffic = simulator.status == 0
         for i, player in enumerate(players):
             if traffic[:, i].any():
-                view = View(observation[:, i], simulator.state, traffic, simulator.clock)
-                action[:, i, : sizes[i]] = player.act(view)
+                action[:, i, : sizes[i]] = player.act(simulator.view(i))
         cost += traffic * simulator.lam
         step = simulator.step(action, random.standard_normal(out=noise)[:C], restart=False)
-        observation = step.observation
         live = np.any(step.acting, axis=1, keepdims=True)
         cost += (step.crashed & live) * crash_price
         fresh = step.arrived & live

@@ -32,12 +32,14 @@ class View:
     state : (C, N, n) everybody's state.
     in_traffic : (C, N) who is on the way.
     clock : (C,) time of each copy.
+    lam : (C, N) everybody's weight of time.
     """
 
     observation: np.ndarray
     state: np.ndarray
     in_traffic: np.ndarray
     clock: np.ndarray
+    lam: np.ndarray
 
 
 class Player(Protocol):

@@ -16,6 +16,7 @@ import numpy as np
 
 from ppg_env.errors import require
 from ppg_env.game import Game
+from ppg_env.players import View
 from ppg_env.rules import Rules
 from ppg_env.tables import make_tables
 
@@ -142,6 +143,11 @@ class Simulator:
             out.observation, out.final_observation,
         )  # fmt: skip
         return out
+
+    def view(self, agent: int) -> View:
+        """What the player of ``agent`` may see now; arrays that the next step overwrites."""
+        seen = self.last.observation[:, agent]
+        return View(seen, self.state, self.status == 0, self.clock, self.lam)
 
     def _draw_starts(self) -> None:
         if self.tables.random_start:

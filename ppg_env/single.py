@@ -16,7 +16,7 @@ import numpy as np
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.parallel import RENDER_MODES, PathPlanningEnv
-from ppg_env.players import Player, View, straight_players
+from ppg_env.players import Player, straight_players
 
 
 class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -76,7 +76,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         for i, player in self._players.items():
             name = self._env.possible_agents[i]
             if name in self._env.agents:
-                actions[name] = player.act(self._view(name))[0]
+                actions[name] = player.act(self._env.simulator.view(i))[0]
         self._seen, rewards, ended, cut, infos = self._env.step(actions)
         name = self._name
         return self._seen[name], rewards[name], ended[name], cut[name], infos[name]
@@ -88,7 +88,3 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def close(self) -> None:
         """Close the window, if there is one."""
         self._env.close()
-
-    def _view(self, name: str) -> View:
-        simulator = self._env.simulator
-        return View(self._seen[name][None], simulator.state, simulator.status == 0, simulator.clock)

@@ -12,6 +12,7 @@ from benchmarks.commands.risk import risk
 from benchmarks.commands.scenarios import scenarios
 from benchmarks.commands.show import show
 from benchmarks.commands.solve import solve
+from benchmarks.commands.train import train
 
 VERBS: dict[str, Callable[..., None]] = {
     "scenarios": scenarios,
@@ -19,6 +20,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "solve": solve,
     "certify": certify,
     "risk": risk,
+    "train": train,
     "compare": compare,
     "render": render,
     "bench": bench,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -30,9 +29,6 @@ if TYPE_CHECKING:
     from benchmarks.comparison import Row
     from ppg_env.arena import Interval
     from ppg_env.game import Game
-
-FOLDER = Path("out")
-"""Where pictures go that nobody gave a place."""
 
 SCHEDULE_COLUMNS = (
     "player",
@@ -79,6 +75,8 @@ def compare(
     from benchmarks.comparison import ARENAS, comparison_report
     from benchmarks.comparison import compare as run
     from benchmarks.players import Limits, chosen_players
+    from benchmarks.report import game_name
+    from benchmarks.targets import own_folder, target
     from ppg_env.errors import require
     from ppg_env.make import make_game
     from solvers.backend import check_solver
@@ -87,7 +85,8 @@ def compare(
     names = chosen_players(players, arena)
     made = make_game(game, **overrides)
     limits = Limits(check_solver(solver), time_limit, seed)
-    target = None if out is None and as_json else _target(made, out)
+    wanted = out is not None or not as_json
+    picture = target(f"compare-{game_name(made)}", ".png", out) if wanted else None
     with working(f"comparing in {game}") as status:
         rows = run(
             made,
@@ -107,13 +106,12 @@ def compare(
         no_solution(rows[0].solution.advice)
     else:
         _print(made, rows, arena, episodes)
-    if target is not None:
+    if picture is not None:
         from benchmarks.pictures import comparison_picture
 
-        if Path(target).parent == FOLDER:
-            FOLDER.mkdir(exist_ok=True)
-        comparison_picture(made, rows, target)
-        typer.echo(f"picture: {target}", err=True)
+        own_folder(picture)
+        comparison_picture(made, rows, picture)
+        typer.echo(f"picture: {picture}", err=True)
 
 
 def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
@@ -172,18 +170,3 @@ def _env_cells(row: Row) -> tuple[str, ...]:
 def _interval(interval: Interval) -> str:
     half = max(interval.high - interval.value, interval.value - interval.low)
     return f"{interval.value:.3f} ± {half:.3f}"
-
-
-def _target(game: Game, out: str | None) -> str:
-    """Where the picture goes; its folder is there, or an error is raised before any work."""
-    import re
-
-    from benchmarks.report import game_name
-    from ppg_env.files import check_target
-
-    if out is None:
-        stem = re.sub(r"[^A-Za-z0-9]+", "-", game_name(game)).strip("-")
-        out = str(FOLDER / f"compare-{stem}.png")
-    # The default folder is ours to make, and made when there is something to put there.
-    check_target(out, ".png", ours=FOLDER)
-    return out

@@ -1,0 +1,215 @@
+r"""Stable-baselines3's view of a game: many copies, stepped at once, one slot per copy and learner.
+
+Slot ``c * L + l`` is the l-th learner in copy c.  What a learner sees and earns is what the
+environment shows and pays it, with three additions, each an option:
+
+    weight    lam drawn anew for every episode of a copy, and seen as a last entry
+    shaping   reward + Phi' - Phi,  Phi = -lam * (steps to go on the straight way), 0 out of traffic
+    scale     rewards are divided by it
+
+Shaping telescopes: without discount an episode's return changes by a constant (Ng et al., 1999),
+so the same policies are best, but the way to the goal need not be found by chance.
+
+Learners in a copy finish at different times.  One that has finished waits, with rewards of zero,
+until the copy begins anew; then *every* slot of the copy reports done, so that no advantage leaks
+from one episode into the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+from stable_baselines3.common.vec_env import VecEnv
+
+from ppg_env.dynamics import earliest_arrival
+from ppg_env.errors import require
+from ppg_env.game import Game
+from ppg_env.players import Player, straight_players
+from ppg_env.rules import Rules
+from ppg_env.simulator import Simulator
+
+REWARD_SCALE = 10.0
+"""A crash at lam = 0.5 then costs 5, an episode about 0.5: the order of one, as PPO likes it."""
+
+
+class GameVecEnv(VecEnv):
+    """``copies`` of ``game`` as a ``VecEnv``; actions are in [-1, 1], the box around the controls.
+
+    Parameters
+    ----------
+    game, rules, copies
+        As in :class:`~ppg_env.Simulator`.
+    learners
+        Agents with a slot in each copy; everybody unless given.
+    players
+        Who plays the others, by index; those not named fly straight.
+    weights
+        Range (low, high) from which each episode of a copy draws lam for all its agents; None
+        for the game's own.
+    shaping, reward_scale
+        See the top of this file.
+    """
+
+    render_mode = None
+
+    def __init__(
+        self,
+        game: Game,
+        rules: Rules | None = None,
+        copies: int = 64,
+        *,
+        learners: Sequence[int] | None = None,
+        players: Mapping[int, Player] | None = None,
+        weights: tuple[float, float] | None = None,
+        shaping: bool = True,
+        reward_scale: float = REWARD_SCALE,
+        seed: int = 0,
+    ) -> None:
+        self.simulator = Simulator(game, rules, copies)
+        count, tables = len(game.agents), self.simulator.tables
+        self.learners = list(range(count) if learners is None else learners)
+        self.players = {
+            i: player
+            for i, player in enumerate(straight_players(game))
+            if i not in self.learners
+        } | dict(players or {})
+        self.weights = weights
+        self._pace = _pace(game, tables.scale) * shaping
+        self._scale = reward_scale
+        self._middle, self._half = (tables.high + tables.low) / 2, (tables.high - tables.low) / 2
+        self._action = np.zeros((copies, count, self.simulator.action_size))
+        self._shape = (copies, len(self.learners))
+        size = self.simulator.observation_size + (weights is not None)
+        self.seed(seed)
+        super().__init__(
+            copies * len(self.learners),
+            Box(-np.inf, np.inf, (size,), np.float32),
+            Box(-1.0, 1.0, (self.simulator.action_size,), np.float32),
+        )
+
+    def seed(self, seed: int | None = None) -> list[int | None]:
+        """Start all noise anew; takes effect at once and goes on over resets."""
+        noise, weights = np.random.SeedSequence(seed).spawn(2)
+        self.simulator.seed(noise)
+        self._random = np.random.default_rng(weights)
+        return [seed] * int(np.prod(self._shape))
+
+    def reset(self) -> np.ndarray:
+        """Begin every copy anew; observations (slots, W)."""
+        everything = np.ones(len(self._action), dtype=bool)
+        self._draw_weights(everything)
+        self.simulator.reset()
+        self._cost = np.zeros(self._shape)
+        self._hit = np.zeros(self._shape, dtype=bool)
+        self._home = np.zeros(self._shape, dtype=bool)
+        return self._seen(self.simulator.last.observation)
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Take the learners' actions (slots, m) and ask the other players for theirs."""
+        simulator, learners = self.simulator, self.learners
+        given = actions.reshape(*self._shape, -1)
+        self._action[:, learners] = self._middle[learners] + self._half[learners] * given
+        for i, player in self.players.items():
+            action = player.act(simulator.view(i))
+            self._action[:, i, : action.shape[1]] = action
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Move every copy; those in which no learner is left begin anew."""
+        simulator, mine = self.simulator, self.learners
+        before = self._potential(simulator.last.observation)
+        out = simulator.step(self._action, restart=False)
+        after = self._potential(out.observation)
+        change = after - before
+        if simulator.rules.sharing == "social":
+            change = np.where(out.acting, change.sum(axis=1, keepdims=True), 0.0)
+        reward = ((out.reward + change) / self._scale)[:, mine]
+        self._cost += (out.time_cost + out.safety_cost)[:, mine]
+        self._hit |= out.crashed[:, mine]
+        self._home |= out.arrived[:, mine]
+        over = ~simulator.alive[:, mine].any(axis=1)
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if over.any():
+            self._finish(over, infos)
+            self._draw_weights(over)
+            simulator.reset(over)
+        done = np.repeat(over, len(mine))
+        seen = self._seen(simulator.last.observation)
+        return seen, reward.ravel().astype(np.float32), done, infos
+
+    def normalised(self, agent: int, action: np.ndarray) -> np.ndarray:
+        """An agent's inputs (C, m_i) as actions (C, m) in [-1, 1], cut off at the box."""
+        size, result = action.shape[1], np.zeros((len(action), self.simulator.action_size))
+        result[:, :size] = (action - self._middle[agent, :size]) / self._half[agent, :size]
+        return np.clip(result, -1.0, 1.0)
+
+    def _finish(self, over: np.ndarray, infos: list[dict[str, Any]]) -> None:
+        """Note what ended episodes were like, and their last observations."""
+        last, cut = self._seen(self.simulator.last.observation), self.simulator.last.truncated
+        count = len(self.learners)
+        for c in np.flatnonzero(over).tolist():
+            for k, agent in enumerate(self.learners):
+                infos[c * count + k] = {
+                    "terminal_observation": last[c * count + k],
+                    "TimeLimit.truncated": False,
+                    "is_success": bool(self._home[c, k]),
+                    "crashed": bool(self._hit[c, k]),
+                    "cost": float(self._cost[c, k]),
+                }
+        self._cost[over], self._hit[over], self._home[over] = 0.0, False, False
+
+    def _seen(self, observation: np.ndarray) -> np.ndarray:
+        """What the learners see, (slots, W): a copy of the simulator's, and lam if it varies."""
+        seen = observation[:, self.learners]
+        if self.weights is not None:
+            lam = self.simulator.lam[:, self.learners, None].astype(np.float32)
+            seen = np.concatenate([seen, lam], axis=2)
+        return seen.reshape(-1, seen.shape[2])
+
+    def _potential(self, observation: np.ndarray) -> np.ndarray:
+        """(C, N) minus the cost of the time that the straight way to the goal still takes."""
+        d, n = self.simulator.game.dim, self.simulator.state.shape[2]
+        away = np.linalg.norm(observation[:, :, :d], axis=2)
+        return -self.simulator.lam * self._pace * away * observation[:, :, n + d]
+
+    def _draw_weights(self, chosen: np.ndarray) -> None:
+        if self.weights is not None:
+            fresh = self._random.uniform(*self.weights, size=(int(chosen.sum()), 1))
+            self.simulator.lam[chosen] = fresh
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The attribute, once per slot asked for."""
+        return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Set an attribute of the whole."""
+        setattr(self, attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of the whole, once."""
+        return [getattr(self, method_name)(*method_args, **method_kwargs)]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """Slots are not wrapped one by one."""
+        return [False] * len(list(self._get_indices(indices)))
+
+    def _get_indices(self, indices: Any) -> Any:
+        return range(int(np.prod(self._shape))) if indices is None else np.atleast_1d(indices)
+
+
+def _pace(game: Game, scale: float) -> np.ndarray:
+    """(N,) steps per unit of observed distance on the straight way."""
+    pace = np.zeros(len(game.agents))
+    for i, agent in enumerate(game.agents):
+        d = agent.dim
+        length = float(np.linalg.norm(agent.goal[:d] - agent.start[:d])) / scale
+        steps = earliest_arrival(agent, game.horizon)
+        pace[i] = 0.0 if length == 0 else (steps or game.horizon) / length
+    return pace

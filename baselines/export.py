@@ -1,0 +1,63 @@
+"""From a stable-baselines3 model to plain arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import nn
+
+from baselines.policy import Policy
+from ppg_env.errors import require
+
+ACTIVATIONS = {nn.Tanh: "tanh", nn.ReLU: "relu"}
+
+
+def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
+    """The policy of a PPO, A2C or SAC model with ``MlpPolicy``, without its exploration.
+
+    ``conditioned`` says that lam is the last input, as in a
+    :class:`~baselines.bridge.GameVecEnv` with ``weights``.
+
+    Raises
+    ------
+    InputError
+        If observations are normalised by a wrapper, or the network is not a plain one.
+    """
+    normalised = model.get_vec_normalize_env()
+    require(
+        normalised is None or not normalised.norm_obs,
+        "model",
+        "sees observations that VecNormalize rescales",
+        "train it with norm_obs=False; the environment's observations are scaled already",
+    )
+    layers = actor_layers(model)
+    hidden = {type(layer) for layer in layers if not isinstance(layer, nn.Linear)}
+    require(
+        len(hidden) == 1 and next(iter(hidden)) in ACTIVATIONS,
+        "model",
+        "has a network that cannot be exported",
+        "use fully connected layers with one activation, tanh or relu",
+    )
+    linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
+    return Policy(
+        tuple(layer.weight.detach().numpy() for layer in linear),
+        tuple(layer.bias.detach().numpy() for layer in linear),
+        ACTIVATIONS[next(iter(hidden))],
+        squash=hasattr(model, "actor"),
+        conditioned=conditioned,
+    )
+
+
+def actor_layers(model: Any) -> list[nn.Module]:
+    """The layers from observation to mean action; SAC's ends before its tanh."""
+    if hasattr(model, "actor"):
+        return [*model.actor.latent_pi, model.actor.mu]
+    return [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+
+
+def mean_action(model: Any, seen: torch.Tensor) -> torch.Tensor:
+    """The mean action of inputs (C, W), before clipping or tanh."""
+    for layer in actor_layers(model):
+        seen = layer(seen)
+    return seen

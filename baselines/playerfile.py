@@ -1,0 +1,174 @@
+"""Files of learned players: NumPy arrays and a JSON text, nothing that could execute.
+
+A file holds the runs of one training, one run per seed, each a team of policies:
+
+    about                              JSON: format, version, player, game, sharing, lam, seeds, ...
+    run<r>_agent<i>_weight<k>, _bias<k>    layer k; agent 0 alone if the policy is shared
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from baselines.policy import Policy, Team, team_players
+from ppg_env.errors import InputError, placed, require
+from ppg_env.files import write_atomically
+from ppg_env.game import Agent, Game
+from ppg_env.gamefile import game_from_tables
+from ppg_env.planfile import to_json
+from ppg_env.players import Player
+
+FORMAT = "path-planning-games/learned"
+VERSION = 1
+REMEDY = "give a file that ppg train wrote"
+
+PHYSICS = ("start", "goal", "shape", "control", "noise", "A", "B", "sigma0")
+"""What of an agent a policy was trained for; its gain is the planners', its lam may be an input."""
+
+
+@dataclass(frozen=True)
+class Learned:
+    """Trained players.
+
+    Attributes
+    ----------
+    runs : one team per training seed.
+    about : what they were trained for and how; plain JSON values.
+    """
+
+    runs: tuple[Team, ...]
+    about: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """What they are called, such as ``ppo-selfish``."""
+        return str(self.about["player"])
+
+    def players(self, game: Game, run: int = 0) -> list[Player]:
+        """One player per agent, from the training with the ``run``-th seed."""
+        return list(team_players(game, self.runs[run]))
+
+    def fits(self, game: Game) -> bool:
+        """Whether they were trained for this game, whatever its gains, objective and lam."""
+        trained = game_from_tables(self.about["game"], "game")
+        same = (
+            len(trained.agents) == len(game.agents)
+            and trained.obstacles == game.obstacles
+            and trained.horizon == game.horizon
+            and trained.crash_cost == game.crash_cost
+        )
+        return same and all(
+            _same(ours, theirs) and self._knows(theirs.lam, ours.lam)
+            for ours, theirs in zip(trained.agents, game.agents, strict=True)
+        )
+
+    def _knows(self, lam: float, trained: float) -> bool:
+        if self.about["lam"] is None:
+            return lam == trained
+        low, high = self.about["lam"]
+        return bool(low <= lam <= high)
+
+
+def _same(ours: Agent, theirs: Agent) -> bool:
+    return all(
+        np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b
+        for a, b in ((getattr(ours, key), getattr(theirs, key)) for key in PHYSICS)
+    )
+
+
+def write_learned(path: str | Path, learned: Learned) -> Path:
+    """Save ``learned`` as an .npz file."""
+    arrays: dict[str, Any] = {}
+    layers = []
+    for r, team in enumerate(learned.runs):
+        kinds: list[Any] = []
+        for i, policy in enumerate(team):
+            if policy is None:
+                kinds.append(None)
+                continue
+            for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+                arrays[f"run{r}_agent{i}_weight{k}"] = weight
+                arrays[f"run{r}_agent{i}_bias{k}"] = bias
+            kinds.append(
+                {
+                    "layers": len(policy.weights),
+                    "activation": policy.activation,
+                    "squash": policy.squash,
+                    "conditioned": policy.conditioned,
+                }
+            )
+        layers.append(kinds)
+    about = {"format": FORMAT, "version": VERSION, **learned.about, "runs": layers}
+    content = io.BytesIO()
+    np.savez(content, about=np.array(to_json(about)), **arrays)
+    return write_atomically(path, content.getvalue())
+
+
+def read_learned(path: str | Path) -> Learned:
+    """Load learned players; no code of the file is run.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not one that :func:`write_learned` wrote, or is damaged.
+    """
+    source = str(path)
+    try:
+        with np.load(Path(path), allow_pickle=False) as arrays:
+            about = json.loads(str(arrays["about"]))
+            require(
+                isinstance(about, dict) and about.get("format") == FORMAT,
+                source,
+                "is not a file of learned players",
+                REMEDY,
+            )
+            require(
+                about.get("version") == VERSION,
+                source,
+                f"has version {about.get('version')!r}",
+                f"train anew with this release, which reads version {VERSION}",
+            )
+            with placed(source, ": "):
+                runs = tuple(
+                    tuple(_policy(arrays, r, i, kind) for i, kind in enumerate(kinds))
+                    for r, kinds in enumerate(about.pop("runs"))
+                )
+    except FileNotFoundError:
+        raise InputError(source, "does not exist", "check the path") from None
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
+        raise InputError(source, f"cannot be read ({type(error).__name__})", REMEDY) from None
+    except zipfile.BadZipFile:
+        raise InputError(source, "cannot be read (no archive)", REMEDY) from None
+    lam = about.get("lam")
+    known = (
+        bool(runs)
+        and all(runs)
+        and isinstance(about.get("player"), str)
+        and isinstance(about.get("game"), dict)
+        and (lam is None or (isinstance(lam, list) and len(lam) == 2))
+    )
+    require(known, source, "does not say what was trained", REMEDY)
+    return Learned(runs, about)
+
+
+def _policy(arrays: Any, run: int, agent: int, kind: dict[str, Any] | None) -> Policy | None:
+    if kind is None:
+        return None
+    name = f"run{run}_agent{agent}"
+    layers = range(int(kind["layers"]))
+    return Policy(
+        tuple(arrays[f"{name}_weight{k}"] for k in layers),
+        tuple(arrays[f"{name}_bias{k}"] for k in layers),
+        kind["activation"],
+        bool(kind["squash"]),
+        bool(kind["conditioned"]),
+    )

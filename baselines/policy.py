@@ -1,0 +1,138 @@
+r"""A trained policy as plain arrays, and the player it makes; needs NumPy alone.
+
+    x = observation, and lam if the policy is conditioned on it
+    x <- activation(W x + b)         hidden layers
+    a = clip(W x + b, -1, 1), or tanh of it
+    u = middle + half * a            the box around the agent's control set
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppg_env.errors import require
+from ppg_env.game import Game
+from ppg_env.players import Player, View, straight_players
+from ppg_env.records import Record
+from ppg_env.simulator import observation_size
+
+ACTIVATIONS = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Policy(Record):
+    """A feed-forward network from observations to actions in [-1, 1].
+
+    Attributes
+    ----------
+    weights, biases : one (outputs, inputs) and one (outputs,) float32 array per layer.
+    activation : of the hidden layers, ``tanh`` or ``relu``.
+    squash : whether the last layer ends in tanh; else it is clipped.
+    conditioned : whether lam is the last input.
+    """
+
+    weights: tuple[np.ndarray, ...]
+    biases: tuple[np.ndarray, ...]
+    activation: str = "tanh"
+    squash: bool = False
+    conditioned: bool = False
+
+    def __post_init__(self) -> None:
+        require(
+            self.activation in ACTIVATIONS,
+            "activation",
+            f"is {self.activation!r}",
+            "write " + " or ".join(ACTIVATIONS),
+        )
+        for name in ("weights", "biases"):
+            layers = tuple(np.array(layer, dtype=np.float32) for layer in getattr(self, name))
+            for layer in layers:
+                layer.setflags(write=False)
+                require(
+                    bool(np.isfinite(layer).all()), name, "are not finite", "train the policy anew"
+                )
+            object.__setattr__(self, name, layers)
+        width = self.inputs if self.weights and self.weights[0].ndim == 2 else 0
+        fits = bool(width) and len(self.weights) == len(self.biases)
+        for weight, bias in zip(self.weights, self.biases, strict=False):
+            fits = fits and weight.ndim == 2 and weight.shape == (bias.size, width)
+            width = bias.size
+        require(fits, "weights", "do not fit together", "give one matrix and one vector per layer")
+
+    @property
+    def inputs(self) -> int:
+        """Width of the first layer."""
+        return self.weights[0].shape[1]
+
+    @property
+    def outputs(self) -> int:
+        """Number of action components."""
+        return self.biases[-1].size
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """Actions (C, m) in [-1, 1] for inputs (C, W) float32."""
+        activate, x = ACTIVATIONS[self.activation], seen
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            x = activate(x @ weight.T + bias)
+        x = x @ self.weights[-1].T + self.biases[-1]
+        return np.tanh(x) if self.squash else np.clip(x, -1.0, 1.0)
+
+
+Team = tuple[Policy | None, ...]
+"""One policy per agent, None for straight flight; a single one is shared by everybody."""
+
+
+class LearnedPlayer:
+    """Plays a policy for one agent, without exploration."""
+
+    information = "full state"
+
+    def __init__(self, game: Game, agent: int, policy: Policy) -> None:
+        mover = game.agents[agent]
+        self._agent, self._policy = agent, policy
+        self._size = mover.control_dim
+        width = max(other.state_dim for other in game.agents)
+        seen = observation_size(width, game.dim, len(game.agents)) + policy.conditioned
+        require(
+            policy.inputs == seen and policy.outputs >= self._size,
+            "policy",
+            f"has {policy.inputs} inputs and {policy.outputs} outputs where agent {agent} of this "
+            f"game has {seen} and {self._size}",
+            "play it in a game of the size that it was trained in",
+        )
+        low = -mover.control.support(-np.eye(self._size))
+        high = mover.control.support(np.eye(self._size))
+        self._middle, self._half = (high + low) / 2, (high - low) / 2
+
+    def act(self, view: View) -> np.ndarray:
+        """Actions (C, m) of the mean policy."""
+        seen = view.observation
+        if self._policy.conditioned:
+            lam = view.lam[:, self._agent, None].astype(np.float32)
+            seen = np.concatenate([seen, lam], axis=1)
+        return self._middle + self._half * self._policy(seen)[:, : self._size]
+
+
+def team_players(game: Game, team: Team) -> Sequence[Player]:
+    """The players of a team, one per agent of ``game``.
+
+    Raises
+    ------
+    InputError
+        If the team has neither one policy nor one per agent, or a policy does not fit.
+    """
+    count = len(game.agents)
+    require(
+        len(team) in (1, count),
+        "policy",
+        f"is for {len(team)} agents, and the game has {count}",
+        "play it in a game of the size that it was trained in",
+    )
+    each = team * count if len(team) == 1 else team
+    return [
+        straight if policy is None else LearnedPlayer(game, i, policy)
+        for i, (policy, straight) in enumerate(zip(each, straight_players(game), strict=True))
+    ]

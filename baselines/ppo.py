@@ -1,0 +1,63 @@
+"""Proximal policy optimisation with the settings that all methods here share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stable_baselines3 import PPO
+
+from baselines.bridge import GameVecEnv
+from baselines.export import export_policy
+from baselines.policy import LearnedPlayer, Policy
+from baselines.turns import Args, Learner
+from ppg_env.rules import Rules
+
+COPIES = 256
+ROLLOUT = 16  # steps of each copy between two updates: somewhat more than an episode
+BATCH, EPOCHS, RATE = 2048, 5, 2e-3  # large batches: small ones leave the cores idle
+LOG_STD = -1.0  # exploration of 0.37 of the largest control: more, and everybody crashes at first
+
+GAMMA = 1.0
+"""Episodes are finite, and costs are not discounted."""
+
+GAE_LAMBDA = 0.9
+"""Less than the usual 0.95: crashes are rare and dear, and their noise reaches back less far."""
+
+
+def make_learner(
+    args: Args, learners: Sequence[int] | None = None, *, copies: int = COPIES
+) -> Learner:
+    """A PPO with stable-baselines3's default network, in an environment of its own."""
+    env = GameVecEnv(
+        args.game,
+        Rules(sharing=args.sharing),
+        copies,
+        learners=learners,
+        weights=args.lam,
+        seed=args.seed,
+    )
+    model = PPO(
+        "MlpPolicy",
+        env,
+        learning_rate=RATE,
+        n_steps=ROLLOUT,
+        batch_size=min(BATCH, ROLLOUT * env.num_envs),
+        n_epochs=EPOCHS,
+        gamma=GAMMA,
+        gae_lambda=GAE_LAMBDA,
+        policy_kwargs={"log_std_init": LOG_STD},
+        tensorboard_log=None if args.tensorboard is None else str(args.tensorboard),
+        seed=args.seed,
+        device="cpu",
+    )
+    return Learner(model, env, ROLLOUT * env.num_envs)
+
+
+def policy_of(args: Args, learner: Learner) -> Policy:
+    """The learner's policy as arrays."""
+    return export_policy(learner.model, conditioned=args.lam is not None)
+
+
+def player_of(args: Args, learner: Learner, agent: int) -> LearnedPlayer:
+    """The learner's policy as it is now, as a player of ``agent``."""
+    return LearnedPlayer(args.game, agent, policy_of(args, learner))

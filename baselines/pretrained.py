@@ -1,0 +1,48 @@
+"""Pretrained players that come with the package; :func:`find` picks those trained for a game.
+
+One file per scenario, speed set and sharing, ``<scenario>-<speed>-<player>.npz``; the command
+that made each is in its metadata.  ``ppg_env`` and NumPy are enough to play them.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from baselines.playerfile import Learned, read_learned
+from ppg_env.errors import InputError
+from ppg_env.game import Game
+
+FOLDER = Path(__file__).with_name("pretrained")
+
+PLAYERS = ("ppo-selfish", "ppo-social")
+
+
+def available() -> list[Path]:
+    """Every pretrained file."""
+    return sorted(FOLDER.glob("*.npz"))
+
+
+def find(player: str, game: Game) -> Learned:
+    """The pretrained ``player`` of ``game``.
+
+    Raises
+    ------
+    InputError
+        If nobody was trained for this game.
+    """
+    for path in available():
+        if path.stem.endswith(f"-{player}"):
+            learned = _read(path)
+            if learned.fits(game):
+                return learned
+    raise InputError(
+        player,
+        "has not been trained for this game",
+        "train it with ppg train, and name the file that it writes as a player",
+    )
+
+
+@cache
+def _read(path: Path) -> Learned:
+    return read_learned(path)
