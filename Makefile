@@ -46,7 +46,7 @@ $(VENV)/.made:
 	@$(PYTHON) -m venv --clear $(VENV) && touch $@
 
 $(VENV)/.demo: EXTRAS := render
-$(VENV)/.test: EXTRAS := render,test
+$(VENV)/.test: EXTRAS := render,test,rl
 $(VENV)/.docs: EXTRAS := docs
 $(VENV)/.demo $(VENV)/.test $(VENV)/.docs: pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "Installing .[$(EXTRAS)] into $(VENV) ..."

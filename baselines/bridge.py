@@ -10,6 +10,11 @@ environment shows and pays it, with three additions, each an option:
 Shaping telescopes: without discount an episode's return changes by a constant (Ng et al., 1999),
 so the same policies are best, but the way to the goal need not be found by chance.
 
+An agent whose time is up is told so as ``TimeLimit.truncated``, and algorithms then add their own
+estimate of what was still to come.  With ``bootstrap=False`` the episode ends there instead, and
+the shaping, which is not taken back, charges the straight way that was left: time is observed and
+limited, and an estimate for a time that never comes has nothing to learn from.
+
 Learners in a copy finish at different times.  One that has finished waits, with rewards of zero,
 until the copy begins anew; then *every* slot of the copy reports done, so that no advantage leaks
 from one episode into the next.
@@ -25,7 +30,6 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
 from ppg_env.dynamics import earliest_arrival
-from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.players import Player, straight_players
 from ppg_env.rules import Rules
@@ -49,7 +53,7 @@ class GameVecEnv(VecEnv):
     weights
         Range (low, high) from which each episode of a copy draws lam for all its agents; None
         for the game's own.
-    shaping, reward_scale
+    shaping, reward_scale, bootstrap
         See the top of this file.
     """
 
@@ -66,19 +70,18 @@ class GameVecEnv(VecEnv):
         weights: tuple[float, float] | None = None,
         shaping: bool = True,
         reward_scale: float = REWARD_SCALE,
+        bootstrap: bool = True,
         seed: int = 0,
     ) -> None:
         self.simulator = Simulator(game, rules, copies)
         count, tables = len(game.agents), self.simulator.tables
         self.learners = list(range(count) if learners is None else learners)
         self.players = {
-            i: player
-            for i, player in enumerate(straight_players(game))
-            if i not in self.learners
+            i: player for i, player in enumerate(straight_players(game)) if i not in self.learners
         } | dict(players or {})
         self.weights = weights
         self._pace = _pace(game, tables.scale) * shaping
-        self._scale = reward_scale
+        self._scale, self._bootstrap = reward_scale, bootstrap
         self._middle, self._half = (tables.high + tables.low) / 2, (tables.high - tables.low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
         self._shape = (copies, len(self.learners))
@@ -129,7 +132,7 @@ class GameVecEnv(VecEnv):
         self._cost += (out.time_cost + out.safety_cost)[:, mine]
         self._hit |= out.crashed[:, mine]
         self._home |= out.arrived[:, mine]
-        over = ~simulator.alive[:, mine].any(axis=1)
+        over = np.all(~simulator.alive[:, mine], axis=1)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over.any():
             self._finish(over, infos)
@@ -153,7 +156,7 @@ class GameVecEnv(VecEnv):
             for k, agent in enumerate(self.learners):
                 infos[c * count + k] = {
                     "terminal_observation": last[c * count + k],
-                    "TimeLimit.truncated": False,
+                    "TimeLimit.truncated": self._bootstrap and bool(cut[c, agent]),
                     "is_success": bool(self._home[c, k]),
                     "crashed": bool(self._hit[c, k]),
                     "cost": float(self._cost[c, k]),

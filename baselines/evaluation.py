@@ -71,9 +71,7 @@ def judge(
     each = max(-(-episodes // count), 1)
     return Judged(
         tuple(
-            arena.evaluate(
-                game, runs[r % len(runs)], each, seed, group=r, progress=progress
-            )
+            arena.evaluate(game, runs[r % len(runs)], each, seed, group=r, progress=progress)
             for r in range(count)
         )
     )

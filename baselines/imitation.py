@@ -47,7 +47,8 @@ def _examples(env: GameVecEnv, random: np.random.Generator) -> tuple[np.ndarray,
     players = {i: Homing(env.simulator.game, i) for i in env.learners}
     shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
     seen, wanted = [], []
-    observation, push = env.reset(), random.normal(size=shape) * PUSH
+    observation: Any = env.reset()
+    push = random.normal(size=shape) * PUSH
     for _ in range(STEPS):
         action = np.zeros(shape, dtype=np.float32)
         for k, i in enumerate(env.learners):

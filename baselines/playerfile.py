@@ -121,7 +121,8 @@ def read_learned(path: str | Path) -> Learned:
     """
     source = str(path)
     try:
-        with np.load(Path(path), allow_pickle=False) as arrays:
+        data = io.BytesIO(Path(path).read_bytes())
+        with np.load(data, allow_pickle=False) as arrays:
             about = json.loads(str(arrays["about"]))
             require(
                 isinstance(about, dict) and about.get("format") == FORMAT,

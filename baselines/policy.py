@@ -1,14 +1,14 @@
 r"""A trained policy as plain arrays, and the player it makes; needs NumPy alone.
 
-    x = observation, and lam if the policy is conditioned on it
-    x <- activation(W x + b)         hidden layers
-    a = clip(W x + b, -1, 1), or tanh of it
-    u = middle + half * a            the box around the agent's control set
+x = observation, and lam if the policy is conditioned on it
+x <- activation(W x + b)         hidden layers
+a = clip(W x + b, -1, 1), or tanh of it
+u = middle + half * a            the box around the agent's control set
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,10 @@ from ppg_env.players import Player, View, straight_players
 from ppg_env.records import Record
 from ppg_env.simulator import observation_size
 
-ACTIVATIONS = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
+ACTIVATIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "tanh": np.tanh,
+    "relu": lambda x: np.maximum(x, 0.0),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +95,7 @@ class LearnedPlayer:
 
     def __init__(self, game: Game, agent: int, policy: Policy) -> None:
         mover = game.agents[agent]
-        self._agent, self._policy = agent, policy
+        self._agent, self.policy = agent, policy
         self._size = mover.control_dim
         width = max(other.state_dim for other in game.agents)
         seen = observation_size(width, game.dim, len(game.agents)) + policy.conditioned
@@ -110,10 +113,10 @@ class LearnedPlayer:
     def act(self, view: View) -> np.ndarray:
         """Actions (C, m) of the mean policy."""
         seen = view.observation
-        if self._policy.conditioned:
+        if self.policy.conditioned:
             lam = view.lam[:, self._agent, None].astype(np.float32)
             seen = np.concatenate([seen, lam], axis=1)
-        return self._middle + self._half * self._policy(seen)[:, : self._size]
+        return self._middle + self._half * self.policy(seen)[:, : self._size]
 
 
 def team_players(game: Game, team: Team) -> Sequence[Player]:

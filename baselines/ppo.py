@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import torch
 from stable_baselines3 import PPO
+from torch import nn
 
 from baselines.bridge import GameVecEnv
-from baselines.export import export_policy
+from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
 from baselines.turns import Args, Learner
 from ppg_env.rules import Rules
@@ -34,6 +36,7 @@ def make_learner(
         copies,
         learners=learners,
         weights=args.lam,
+        bootstrap=False,
         seed=args.seed,
     )
     model = PPO(
@@ -61,3 +64,16 @@ def policy_of(args: Args, learner: Learner) -> Policy:
 def player_of(args: Args, learner: Learner, agent: int) -> LearnedPlayer:
     """The learner's policy as it is now, as a player of ``agent``."""
     return LearnedPlayer(args.game, agent, policy_of(args, learner))
+
+
+def copy_policy(policy: Policy, learner: Learner) -> bool:
+    """Let the learner start from ``policy``; False, and nothing done, if its network differs."""
+    layers = [layer for layer in actor_layers(learner.model) if isinstance(layer, nn.Linear)]
+    shapes = [tuple(layer.weight.shape) for layer in layers]
+    if policy.activation != "tanh" or shapes != [weight.shape for weight in policy.weights]:
+        return False
+    with torch.no_grad():
+        for layer, weight, bias in zip(layers, policy.weights, policy.biases, strict=True):
+            layer.weight.copy_(torch.tensor(weight))
+            layer.bias.copy_(torch.tensor(bias))
+    return True

@@ -1,4 +1,4 @@
-"""Pretrained players that come with the package; :func:`find` picks those trained for a game.
+"""Pretrained players that come with the package; :func:`find_pretrained` picks those of a game.
 
 One file per scenario, speed set and sharing, ``<scenario>-<speed>-<player>.npz``; the command
 that made each is in its metadata.  ``ppg_env`` and NumPy are enough to play them.
@@ -23,7 +23,7 @@ def available() -> list[Path]:
     return sorted(FOLDER.glob("*.npz"))
 
 
-def find(player: str, game: Game) -> Learned:
+def find_pretrained(player: str, game: Game) -> Learned:
     """The pretrained ``player`` of ``game``.
 
     Raises

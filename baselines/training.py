@@ -74,12 +74,13 @@ def train_players(
 
     args = Args(game, sharing, lam, steps=steps, tensorboard=tensorboard)
     each = [
-        replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt")
-        for seed in seeds
+        replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
     with _progress_of(jobs, progress) as (run, tell):
         runs = tuple(run(partial(_train, method, tell), each))
-    about = {
+    about: dict[str, Any] = {
         "player": f"{prefix}-{sharing}",
         "method": method,
         "sharing": sharing,
@@ -98,9 +99,9 @@ def train_players(
 def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> list[dict[str, Any]]:
     """Cost, crashes and arrivals at each lam of :data:`FIGURE_LAMS` that the policy knows."""
     low, high = learned.about["lam"] or (1.0, 0.0)
-    lams = [lam for lam in FIGURE_LAMS if low <= lam <= high] or [None]
+    lams: list[float | None] = [lam for lam in FIGURE_LAMS if low <= lam <= high]
     rows = []
-    for lam in lams:
+    for lam in lams or [None]:
         played = game if lam is None else override_game(game, lam=lam)
         runs = [learned.players(played, r) for r in range(len(learned.runs))]
         judged = judge(played, runs, episodes * len(runs), seed=0)
@@ -160,7 +161,12 @@ def _progress_of(jobs: int, progress: Progress) -> Iterator[tuple[Run, Progress 
         return
     context = multiprocessing.get_context("spawn")  # torch does not survive a fork
     queue = context.Queue()
-    listener = threading.Thread(target=lambda: [progress(n) for n in iter(queue.get, None)])
+
+    def listen() -> None:
+        for steps in iter(queue.get, None):
+            progress(steps)
+
+    listener = threading.Thread(target=listen)
     listener.start()
     try:
         with ProcessPoolExecutor(jobs, context, _keep_queue, (queue,)) as pool:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -24,7 +23,6 @@ import numpy as np
 import torch
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.utils import set_random_seed
 
 from baselines.bridge import GameVecEnv
 from ppg_env.errors import InputError, require
@@ -200,9 +198,8 @@ def _anneal(model: Any, steps: int) -> None:
 
 def _seed(seed: int, turn: int, learners: Sequence[Learner]) -> None:
     number = int(np.random.SeedSequence([seed, turn]).generate_state(1)[0])
-    set_random_seed(number)
     for learner in learners:
-        learner.env.seed(number)
+        learner.model.set_random_seed(number)  # all of torch, NumPy, the environment
 
 
 @contextmanager

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.players import Limits, plan_of, policies_of
+from baselines.evaluation import Judged, judge, over_runs
+from benchmarks.players import Contender, Limits, contender
 from benchmarks.report import evaluation_report, game_name
-from ppg_env import arena as environment
-from ppg_env.arena import Interval
+from ppg_env.arena import Interval, trajectories
 from ppg_env.game import Game
 from ppg_env.montecarlo import CrashCounts, Estimate, crash_counts, proportion
 from ppg_env.plan import Profile
@@ -31,6 +31,9 @@ from solvers.solution import Solution
 
 ARENAS = ("schedule", "env")
 CONFIDENCE = 0.95
+
+PATHS = 40
+"""Episodes that are drawn."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,10 @@ class Played:
     success : per agent the share of episodes that arrive; None on schedule.
     crash, crash_any : crash probability per agent and of anybody.
     expected_cost : mean over agents.
+    runs : independent trainings behind it; 1 for planners.
+    over_runs : cost, crash probability and success with their intervals over trainings, None for a
+        single one.  Those above take the trainings as given.
+    paths : (episodes, T + 1, N, n) some episodes' states in the environment; None on schedule.
     """
 
     information: str
@@ -52,15 +59,32 @@ class Played:
     crash: tuple[Estimate, ...]
     crash_any: Estimate
     expected_cost: Interval
+    runs: int = 1
+    over_runs: dict[str, Interval] | None = None
+    paths: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Row:
-    """One player's plans and their simulation; ``played`` is None where there is no plan."""
+    """One player and its simulation; ``played`` is None where there is no plan."""
 
-    player: str
-    solution: Solution
+    contender: Contender
     played: Played | None
+
+    @property
+    def player(self) -> str:
+        """Its name."""
+        return self.contender.name
+
+    @property
+    def solution(self) -> Solution | None:
+        """Its plans; None for learners."""
+        return self.contender.solution
+
+    @property
+    def profile(self) -> Profile | None:
+        """Its plans, if it has any."""
+        return None if self.solution is None else self.solution.profile
 
 
 def compare(
@@ -73,24 +97,42 @@ def compare(
     workers: int = 1,
     progress: Callable[[str], None] = lambda _player: None,
 ) -> list[Row]:
-    """Let each of ``players`` plan, and simulate ``episodes`` of it in ``arena``."""
-    rows = []
+    """Let each of ``players`` plan or load, and simulate ``episodes`` of it in ``arena``.
+
+    In ``env`` the episodes are shared out among the runs of the learners.
+    """
+    contenders = []
     for player in players:
         progress(player)
-        solution = plan_of(player, game, limits)
+        contenders.append(contender(player, game, limits))
+    groups = max(one.runs for one in contenders)
+    rows = []
+    for one in contenders:
+        progress(one.name)
         played = None
-        if solution.profile is not None and arena == "schedule":
-            counts = crash_counts(game, solution.profile, episodes, limits.seed, workers=workers)
-            played = _on_schedule(game, solution.profile, counts)
-        elif solution.profile is not None:
-            policies = policies_of(player, game, solution.profile, limits)
-            results = environment.evaluate(game, policies, episodes, limits.seed)
-            played = _in_environment(results.summary(CONFIDENCE), information(policies))
-        rows.append(Row(player, solution, played))
+        if arena == "schedule":
+            profile = None if one.solution is None else one.solution.profile
+            if profile is not None:
+                counts = crash_counts(game, profile, episodes, limits.seed, workers=workers)
+                played = _on_schedule(game, profile, counts)
+        elif runs := one.policies(game, limits):
+            count = groups if one.runs == 1 else one.runs
+            judged = judge(game, runs, episodes, limits.seed, groups=count)
+            paths = trajectories(game, runs[0], min(PATHS, episodes), limits.seed)
+            played = _in_environment(judged, one.runs, information(runs[0]), paths)
+        rows.append(Row(one, played))
     return rows
 
 
-def _in_environment(found: environment.Summary, seen: str) -> Played:
+def _in_environment(judged: Judged, runs: int, seen: str, paths: np.ndarray) -> Played:
+    found = judged.summary
+    spread = None
+    if runs > 1:
+        spread = {
+            "expected_cost": over_runs(judged.costs, 0.0),
+            "crash_probability": over_runs(judged.crashes, 0.0, 1.0),
+            "success": over_runs(judged.successes, 0.0, 1.0),
+        }
     return Played(
         information=seen,
         arrival=tuple(mean.value for mean in found.arrival),
@@ -98,6 +140,9 @@ def _in_environment(found: environment.Summary, seen: str) -> Played:
         crash=tuple(found.crash),
         crash_any=found.crash_any,
         expected_cost=found.cost_mean,
+        runs=runs,
+        over_runs=spread,
+        paths=paths,
     )
 
 
@@ -151,26 +196,31 @@ def comparison_report(
 
 def _row_report(row: Row) -> dict[str, Any]:
     solution, played = row.solution, row.played
-    head = {
-        "player": row.player,
-        "status": str(solution.status),
-        "advice": solution.advice,
-        "seconds": solution.seconds,
-    }
-    if solution.evaluation is None or played is None:
+    head: dict[str, Any] = {"player": row.player}
+    if solution is not None:
+        head |= {
+            "status": str(solution.status),
+            "advice": solution.advice,
+            "seconds": solution.seconds,
+        }
+    else:
+        head |= {"status": "trained", "advice": "", "seconds": None}
+    if played is None:
         return head
-    success = played.success and [estimate_report(share) for share in played.success]
+    if solution is not None and solution.evaluation is not None:
+        head |= {**evaluation_report(solution.evaluation), "regret": solution.regret}
+    spread = played.over_runs or {}
     return {
         **head,
-        **evaluation_report(solution.evaluation),
         "information": played.information,
-        "regret": solution.regret,
+        "runs": played.runs,
         "played_arrival": played.arrival,
         "arrival_mean": float(np.mean(played.arrival)),
-        "success": success,
+        "success": played.success and [estimate_report(share) for share in played.success],
         "crash_probability": estimate_report(played.crash_any),
         "crash_probability_agents": [estimate_report(estimate) for estimate in played.crash],
         "expected_cost": vars(played.expected_cost),
+        "over_runs": {name: vars(interval) for name, interval in spread.items()} or None,
     }
 
 

@@ -17,7 +17,7 @@ from ppg_env.errors import InputError
 from ppg_env.files import write_atomically
 from ppg_env.game import Game
 from ppg_env.plan import Profile
-from ppg_env.render import COLOURS, closest_approach, draw_game, draw_profile
+from ppg_env.render import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,11 +30,15 @@ LEGEND = (
     "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
     "numbers: time   dark: closest approach"
 )
+PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
+
+PANELS = 4
+"""Most panels in a line."""
 
 
 def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
     """Write a PNG of a profile, or of the game alone."""
-    figure = _figure(6.4, 6.2)
+    figure = new_figure(6.4, 6.2)
     axes = figure.subplots()
     if profile is None:
         draw_game(axes, game)
@@ -43,32 +47,47 @@ def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
         draw_profile(axes, game, profile)
         axes.set_title(f"{game_name(game)}{_closest(game, profile)}", fontsize=10)
     figure.supxlabel(LEGEND, fontsize=7)
-    _write(figure, path)
+    write_figure(figure, path)
 
 
 def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
     """Write a PNG: one panel of paths per player, arrival times and crash probabilities below."""
     played = [row for row in rows if row.played is not None]
-    figure = _figure(max(3.3 * len(played), 6.6), 6.4)
-    grid = figure.add_gridspec(2, 1, height_ratios=(1.5, 1.0))
-    top = grid[0].subgridspec(1, len(played))
+    lines = -(-len(played) // PANELS)
+    wide = -(-len(played) // lines)
+    figure = new_figure(max(3.3 * wide, 6.6), 2.5 + 3.9 * lines)
+    grid = figure.add_gridspec(2, 1, height_ratios=(1.5 * lines, 1.0))
+    top = grid[0].subgridspec(lines, wide)
     panels: list[Any] = []
     for k, row in enumerate(played):
         axes = figure.add_subplot(
-            top[k], sharex=panels[0] if k else None, sharey=panels[0] if k else None
+            top[k // wide, k % wide],
+            sharex=panels[0] if k else None,
+            sharey=panels[0] if k else None,
         )
-        assert row.solution.profile is not None
-        draw_profile(axes, game, row.solution.profile)
-        axes.set_title(f"{row.player}{_closest(game, row.solution.profile)}", fontsize=9)
-        if k:
+        _paths(axes, game, row)
+        if k % wide:
             axes.set_ylabel("")
         panels.append(axes)
     bottom = grid[1].subgridspec(1, 2)
     _arrivals(figure.add_subplot(bottom[0]), game, played)
     _crashes(figure.add_subplot(bottom[1]), played)
     figure.suptitle(f"{game_name(game)}: objective {game.objective}, {_lams(game)}", fontsize=11)
-    figure.supxlabel(LEGEND, fontsize=7)
-    _write(figure, path)
+    in_environment = any(row.played and row.played.paths is not None for row in played)
+    figure.supxlabel(PATHS_LEGEND if in_environment else LEGEND, fontsize=7)
+    write_figure(figure, path)
+
+
+def _paths(axes: Axes, game: Game, row: Row) -> None:
+    """What was played in the environment, or what is planned on schedule."""
+    assert row.played is not None
+    if row.played.paths is not None:
+        draw_paths(axes, game, row.played.paths)
+        axes.set_title(_short(row.player).replace("\n", " "), fontsize=9)
+        return
+    assert row.profile is not None
+    draw_profile(axes, game, row.profile)
+    axes.set_title(f"{row.player}{_closest(game, row.profile)}", fontsize=9)
 
 
 def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
@@ -78,7 +97,7 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
         times = np.array([row.played.arrival[i] for row in rows if row.played])
         heights = np.where(np.isfinite(times), times, 0.0)  # nobody arrived: no bar
         axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
-    axes.set_xticks(range(len(rows)), [row.player for row in rows])
+    axes.set_xticks(range(len(rows)), [_short(row.player) for row in rows], fontsize=_size(rows))
     axes.set_ylabel("arrival (steps)")
     if 1 < count <= LEGEND_AGENTS:
         axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
@@ -101,9 +120,18 @@ def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
     lowest = min(estimate.low or 0.3 * estimate.high for estimate in estimates)
     axes.set_ylim(lowest / 3, 2.0)
     axes.set_xlim(-0.5, len(rows) - 0.3)
-    axes.set_xticks(range(len(rows)), [row.player for row in rows])
+    axes.set_xticks(range(len(rows)), [_short(row.player) for row in rows], fontsize=_size(rows))
     axes.set_ylabel("Pr(anybody crashes)")
     axes.grid(axis="y", alpha=0.3)
+
+
+def _short(player: str) -> str:
+    """A player's name, in two lines if it is long; of a file, its name without the folder."""
+    return player.rsplit("/", 1)[-1].removesuffix(".npz").replace("-", "-\n", 1)
+
+
+def _size(rows: Sequence[Row]) -> int:
+    return 9 if len(rows) <= PANELS else 7
 
 
 def _closest(game: Game, profile: Profile) -> str:
@@ -115,7 +143,8 @@ def _lams(game: Game) -> str:
     return "λ = " + ", ".join(f"{lam:g}" for lam in sorted({agent.lam for agent in game.agents}))
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure, sizes in inches."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
@@ -125,7 +154,8 @@ def _figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")  # no display, no global state
 
 
-def _write(figure: Figure, path: str) -> None:
+def write_figure(figure: Figure, path: str) -> None:
+    """Write ``figure`` as a PNG, without a date in it."""
     stream = BytesIO()
     figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
     write_atomically(path, stream.getvalue())

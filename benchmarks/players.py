@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from baselines.playerfile import Learned
+from baselines.pretrained import PLAYERS as PRETRAINED
 from ppg_env.errors import InputError
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
-from ppg_env.plan import Profile, straight_plan
+from ppg_env.plan import straight_plan
 from ppg_env.players import Player, track
 from solvers.solution import Solution, Status
 
@@ -71,34 +73,75 @@ PLANNERS: dict[str, Callable[[Game, Limits], Solution]] = {
 RECEDING = "receding"
 """Starts with the plans of ``nash`` and makes them anew every few steps; for the environment."""
 
-
-def plan_of(player: str, game: Game, limits: Limits) -> Solution:
-    """The plans that a player starts from."""
-    return PLANNERS["nash" if player == RECEDING else player](game, limits)
+FILE = ".npz"
+"""A player's name that ends so is a file of learned players."""
 
 
-def policies_of(player: str, game: Game, profile: Profile, limits: Limits) -> Sequence[Player]:
-    """Who plays each agent in the environment."""
-    if player == RECEDING:
-        from solvers.players import receding_horizon
+@dataclass(frozen=True)
+class Contender:
+    """A player by name, ready to play.
 
-        return receding_horizon(game, profile, solver=limits.solver)
-    return track(game, profile)
+    Attributes
+    ----------
+    name : as it was asked for.
+    solution : its plans, for planners.
+    learned : its policies, for learners.
+    """
+
+    name: str
+    solution: Solution | None = None
+    learned: Learned | None = None
+
+    @property
+    def runs(self) -> int:
+        """Independent trainings; one for planners."""
+        return 1 if self.learned is None else len(self.learned.runs)
+
+    def policies(self, game: Game, limits: Limits) -> list[Sequence[Player]]:
+        """Who plays each agent in the environment, for each run; empty without a plan."""
+        if self.learned is not None:
+            return [self.learned.players(game, run) for run in range(self.runs)]
+        if self.solution is None or self.solution.profile is None:
+            return []
+        if self.name == RECEDING:
+            from solvers.players import receding_horizon
+
+            return [receding_horizon(game, self.solution.profile, solver=limits.solver)]
+        return [track(game, self.solution.profile)]
 
 
-def chosen_players(text: str, arena: str = "schedule") -> list[str]:
-    """Player names of a comma-separated list, checked against what the arena can play."""
-    known = [*PLANNERS, RECEDING] if arena == "env" else list(PLANNERS)
+def contender(name: str, game: Game, limits: Limits) -> Contender:
+    """Let a planner plan, or load a learner."""
+    if name.endswith(FILE):
+        from baselines.playerfile import read_learned
+
+        return Contender(name, learned=read_learned(name))
+    if name in PRETRAINED:
+        from baselines.pretrained import find_pretrained
+
+        return Contender(name, learned=find_pretrained(name, game))
+    plan = PLANNERS["nash" if name == RECEDING else name]
+    return Contender(name, plan(game, limits))
+
+
+def known_players() -> list[str]:
+    """All names; besides, a learner's file is a player."""
+    return [*PLANNERS, RECEDING, *PRETRAINED]
+
+
+def chosen_players(text: str, arena: str | None = None) -> tuple[list[str], str]:
+    """Player names of a comma-separated list, and the arena: the environment if one needs it."""
     names = [name.strip() for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in known]
-    if RECEDING in unknown:
-        raise InputError(
-            "--players", f"has {RECEDING}, which needs the environment", "add --arena env"
-        )
+    unknown = [name for name in names if name not in known_players() and not name.endswith(FILE)]
     if unknown or not names:
         raise InputError(
             "--players",
             f"has {unknown[0]!r}" if unknown else "is empty",
-            "use names of " + ", ".join(known),
+            "use names of " + ", ".join(known_players()) + f", or files ending in {FILE}",
         )
-    return list(dict.fromkeys(names))
+    needy = [name for name in names if name not in PLANNERS]
+    if needy and arena == "schedule":
+        raise InputError(
+            "--players", f"has {needy[0]}, which needs the environment", "add --arena env"
+        )
+    return list(dict.fromkeys(names)), arena or ("env" if needy else "schedule")

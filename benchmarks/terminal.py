@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 NO_SOLUTION = 3
 PIPE_WIDTH = 124
+NAME_WIDTH = 14  # the first column is not folded below this
 
 
 def print_json(content: Any) -> None:
@@ -43,8 +44,14 @@ def print_table(
         caption=note or None,
         caption_justify="left",
     )
+    widest = min(max([len(columns[0]), *(len(row[0]) for row in rows)]), NAME_WIDTH)
     for k, column in enumerate(columns):
-        table.add_column(column, justify="left" if k < texts else "right", overflow="fold")
+        table.add_column(
+            column,
+            justify="left" if k < texts else "right",
+            overflow="fold",
+            min_width=None if k else widest,
+        )
     for row in rows:
         table.add_row(*row)
     console = Console()
@@ -66,8 +73,13 @@ def working(text: str) -> Iterator[Any]:
 def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
     """A progress bar on stderr with the time left; yields a function that advances it."""
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as shown:

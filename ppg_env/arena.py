@@ -8,7 +8,7 @@ traffic and (1 - lam) kappa at a crash, whatever reward the game is played for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from ppg_env.game import Game
 from ppg_env.montecarlo import Estimate, proportion
 from ppg_env.players import Player
 from ppg_env.rules import Rules
-from ppg_env.simulator import Simulator
+from ppg_env.simulator import Simulator, Step
 
 COPIES = 4096
 """Copies per block."""
@@ -62,14 +62,14 @@ class Episodes:
         """Means and proportions with intervals."""
         return Summary(
             arrival=[
-                _mean(times[there], confidence)
+                mean_interval(times[there], confidence)
                 for times, there in zip(self.arrival.T, self.arrived.T, strict=True)
             ],
             success=[_share(column, confidence) for column in self.arrived.T],
             crash=[_share(column, confidence) for column in self.crashed.T],
             crash_any=_share(np.any(self.crashed, axis=1), confidence),
-            cost=[_mean(column, confidence) for column in self.cost.T],
-            cost_mean=_mean(self.cost.mean(axis=1), confidence),
+            cost=[mean_interval(column, confidence) for column in self.cost.T],
+            cost_mean=mean_interval(self.cost.mean(axis=1), confidence),
         )
 
 
@@ -99,7 +99,8 @@ def evaluate(
 ) -> Episodes:
     """Let ``players``, one per agent, play ``episodes`` of ``game`` under ``rules``.
 
-    Groups of episodes with the same seed have independent noise.  ``progress`` is called with the number of episodes finished since the last call.
+    Groups of episodes with the same seed have independent noise.  ``progress`` is called with the
+    number of episodes finished since the last call.
 
     Raises
     ------
@@ -116,43 +117,79 @@ def evaluate(
     parts = []
     for block in range(-(-episodes // COPIES)):
         wanted = min(COPIES, episodes - block * COPIES)
-        starts, noise = np.random.SeedSequence(seed, spawn_key=(group, block)).spawn(2)
-        simulator = Simulator(game, rules, wanted, starts)
-        parts.append(_play(simulator, players, np.random.Generator(np.random.SFC64(noise))))
+        simulator, random = _block(game, rules, wanted, seed, group, block)
+        parts.append(_play(simulator, players, random))
         if progress is not None:
             progress(wanted)
     return Episodes(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def trajectories(
+    game: Game,
+    players: Sequence[Player],
+    episodes: int,
+    seed: int = 0,
+    *,
+    group: int = 0,
+    rules: Rules | None = None,
+) -> np.ndarray:
+    """(episodes, T + 1, N, n) states of up to ``COPIES`` episodes; nan after an agent has left.
+
+    These are the first episodes that :func:`evaluate` plays.
+    """
+    require(1 <= episodes <= COPIES, "episodes", f"is {episodes}", f"ask for 1 to {COPIES}")
+    simulator, random = _block(game, rules, episodes, seed, group, 0)
+    states = [simulator.state.copy()]
+    for before, _step in _steps(simulator, players, random):
+        states.append(np.where(before[:, :, None], simulator.state, np.nan))
+    return np.stack(states, axis=1)
+
+
+def _block(
+    game: Game, rules: Rules | None, copies: int, seed: int, group: int, number: int
+) -> tuple[Simulator, np.random.Generator]:
+    """Copies of the game and the source of their noise."""
+    starts, noise = np.random.SeedSequence(seed, spawn_key=(group, number)).spawn(2)
+    simulator = Simulator(game, rules, copies, starts)
+    simulator.reset()
+    return simulator, np.random.Generator(np.random.SFC64(noise))
+
+
+def _steps(
+    simulator: Simulator, players: Sequence[Player], random: np.random.Generator
+) -> Iterator[tuple[np.ndarray, Step]]:
+    """Play one block to its end; who was in traffic before each step (C, N), and the step."""
+    C, N, n = simulator.state.shape
+    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
+    sizes = [agent.control_dim for agent in simulator.game.agents]
+    action = np.zeros((C, N, simulator.action_size))
+    while simulator.alive.any():
+        traffic = simulator.status == 0
+        for i, player in enumerate(players):
+            if traffic[:, i].any():
+                action[:, i, : sizes[i]] = player.act(simulator.view(i))
+        random.standard_normal(out=noise)
+        yield traffic, simulator.step(action, noise[:C], restart=False)
+        # Without restart the kernel would let agents that the time limit cut off drive on.
+        simulator.status[~simulator.alive.any(axis=1)] = OUT
 
 
 def _play(
     simulator: Simulator, players: Sequence[Player], random: np.random.Generator
 ) -> tuple[np.ndarray, ...]:
     """One block from start to end; (C, N) arrival, arrived, crashed, cost."""
-    C, N, n = simulator.state.shape
-    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
-    sizes = [agent.control_dim for agent in simulator.game.agents]
-    arrival = np.zeros((C, N))
-    arrived, crashed = np.zeros((C, N), dtype=bool), np.zeros((C, N), dtype=bool)
-    cost = np.zeros((C, N))
+    shape = simulator.status.shape
+    arrival, cost = np.zeros(shape), np.zeros(shape)
+    arrived = simulator.status == ARRIVED  # at time 0: they started at their goals
+    crashed = np.zeros(shape, dtype=bool)
     crash_price = (1 - simulator.lam) * simulator.game.crash_cost
-    action = np.zeros((C, N, simulator.action_size))
-    simulator.reset()
-    arrived |= simulator.status == ARRIVED  # at time 0: they started at their goals
-    while simulator.alive.any():
-        traffic = simulator.status == 0
-        for i, player in enumerate(players):
-            if traffic[:, i].any():
-                action[:, i, : sizes[i]] = player.act(simulator.view(i))
-        cost += traffic * simulator.lam
-        step = simulator.step(action, random.standard_normal(out=noise)[:C], restart=False)
+    for traffic, step in _steps(simulator, players, random):
         live = np.any(step.acting, axis=1, keepdims=True)
-        cost += (step.crashed & live) * crash_price
+        cost += traffic * simulator.lam + (step.crashed & live) * crash_price
         fresh = step.arrived & live
-        arrival[fresh] = np.broadcast_to(simulator.clock[:, None], (C, N))[fresh]
+        arrival[fresh] = np.broadcast_to(simulator.clock[:, None], shape)[fresh]
         arrived |= fresh
         crashed |= step.crashed & live
-        # Without restart the kernel would let agents that the time limit cut off drive on.
-        simulator.status[~simulator.alive.any(axis=1)] = OUT
     return arrival, arrived, crashed, cost
 
 
@@ -160,7 +197,8 @@ def _share(hits: np.ndarray, confidence: float) -> Estimate:
     return proportion(int(hits.sum()), len(hits), confidence)
 
 
-def _mean(values: np.ndarray, confidence: float) -> Interval:
+def mean_interval(values: np.ndarray, confidence: float = 0.95) -> Interval:
+    """The mean of independent values with its normal interval."""
     from scipy.stats import norm
 
     if not values.size:

@@ -78,6 +78,31 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
     axes.autoscale_view()
 
 
+def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
+    """The game, and in it the paths of some episodes: (episodes, T + 1, N, n), nan once out.
+
+    Thin: single episodes; thick, with bodies at a few times: the mean of those still in traffic.
+    """
+    draw_game(axes, game)
+    places = states[..., : game.dim]
+    there = np.isfinite(places[..., 0])
+    halfway = int(np.median(there.any(axis=2).sum(axis=1)) // 2)
+    for i, agent in enumerate(game.agents):
+        colour = COLOURS[i % len(COLOURS)]
+        for path, known in zip(places[:, :, i], there[:, :, i], strict=True):
+            seen = path[known]
+            axes.plot(*plane(seen.T), color=colour, linewidth=0.4, alpha=0.4, zorder=2)
+        last = int(np.median(there[:, :, i].sum(axis=1)))
+        mean = np.nanmean(places[:, :last, i], axis=0)
+        axes.plot(*plane(mean.T), color=colour, marker=".", markersize=4, linewidth=1.4, zorder=3)
+        for t in {halfway // 2, halfway, halfway + halfway // 2} & set(range(last)):
+            _body(axes, agent.shape.vertices, mean[t], colour, 0.3 if t == halfway else 0.12)
+            axes.annotate(
+                str(t), plane(mean[t]), xytext=(2, 2), textcoords="offset points", fontsize=6
+            )
+    axes.autoscale_view()
+
+
 def closest_approach(game: Game, profile: Profile) -> int | None:
     """Time of the smallest margin in traffic; None if nothing is ever within the margin cap."""
     judged = evaluate(game, profile)

@@ -7,11 +7,13 @@ from collections.abc import Callable
 from benchmarks.commands.bench import bench
 from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
+from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.risk import risk
 from benchmarks.commands.scenarios import scenarios
 from benchmarks.commands.show import show
 from benchmarks.commands.solve import solve
+from benchmarks.commands.study import study
 from benchmarks.commands.train import train
 
 VERBS: dict[str, Callable[..., None]] = {
@@ -22,6 +24,8 @@ VERBS: dict[str, Callable[..., None]] = {
     "risk": risk,
     "train": train,
     "compare": compare,
+    "regret": regret,
+    "study": study,
     "render": render,
     "bench": bench,
 }

@@ -40,14 +40,25 @@ SCHEDULE_COLUMNS = (
     "risk bound",
     "expected cost",
 )
-ENV_COLUMNS = ("player", "sees", "arrival", "arrived %", "crash probability", "expected cost")
+ENV_COLUMNS = (
+    "player",
+    "sees",
+    "runs",
+    "arrival",
+    "arrived %",
+    "crash probability",
+    "over runs",
+    "expected cost",
+    "over runs",
+)
 NOTES = {
     "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
     "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
     "agents. Overlap: the plan's own means collide.",
     "env": "In the environment: arrival within a region, inputs projected, crashed agents leave; "
-    "{episodes:,} episodes, 95 % intervals. Arrival: mean over episodes that arrive. Crash: "
-    "anybody. Expected cost: lam per step, (1 - lam) {kappa:g} for a crash, mean over agents.",
+    "{episodes:,} episodes, 95 % intervals over episodes, and over training runs where there are "
+    "several. Arrival: mean over episodes that arrive. Crash: anybody. Expected cost: lam per "
+    "step, (1 - lam) {kappa:g} for a crash, mean over agents.",
 }
 
 
@@ -60,8 +71,12 @@ def compare(
     ] = "nash,potential,social,straight",
     episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes per player.")] = 200_000,
     arena: Annotated[
-        str, typer.Option(metavar="schedule|env", help="Plans on schedule, or the environment.")
-    ] = "schedule",
+        str | None,
+        typer.Option(
+            metavar="schedule|env",
+            help="Plans on schedule, or the environment (default: if a player needs it).",
+        ),
+    ] = None,
     out: Annotated[
         str | None, typer.Option(metavar="PNG", help="Picture (default out/compare-GAME.png).")
     ] = None,
@@ -81,8 +96,9 @@ def compare(
     from ppg_env.make import make_game
     from solvers.backend import check_solver
 
-    require(arena in ARENAS, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
-    names = chosen_players(players, arena)
+    known = arena is None or arena in ARENAS
+    require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
+    names, arena = chosen_players(players, arena)
     made = make_game(game, **overrides)
     limits = Limits(check_solver(solver), time_limit, seed)
     wanted = out is not None or not as_json
@@ -97,13 +113,13 @@ def compare(
             workers=workers,
             progress=lambda player: status.update(f"{player} in {game}"),
         )
-    nobody = all(row.solution.profile is None for row in rows)
+    nobody = all(row.played is None for row in rows)
     if as_json:
         print_json(comparison_report(made, rows, arena, episodes, seed))
         if nobody:
             raise typer.Exit(NO_SOLUTION)
     elif nobody:
-        no_solution(rows[0].solution.advice)
+        no_solution(_why(rows[0]))
     else:
         _print(made, rows, arena, episodes)
     if picture is not None:
@@ -120,12 +136,10 @@ def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
     cells = _schedule_cells if arena == "schedule" else _env_cells
     heads = SCHEDULE_COLUMNS if arena == "schedule" else ENV_COLUMNS
     lines = [
-        cells(row)
-        if row.played
-        else (row.player, str(row.solution.status), *[""] * (len(heads) - 2))
+        cells(row) if row.played else (row.player, _status(row), *[""] * (len(heads) - 2))
         for row in rows
     ]
-    failures = [f"{row.player}: {row.solution.advice}." for row in rows if not row.played]
+    failures = [f"{row.player}: {_why(row)}." for row in rows if not row.played]
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
         f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
@@ -136,7 +150,16 @@ def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
     )
 
 
+def _status(row: Row) -> str:
+    return "" if row.solution is None else str(row.solution.status)
+
+
+def _why(row: Row) -> str:
+    return "" if row.solution is None else row.solution.advice
+
+
 def _schedule_cells(row: Row) -> tuple[str, ...]:
+    assert row.solution is not None
     judged, played, regret = row.solution.evaluation, row.played, row.solution.regret
     assert judged is not None
     assert played is not None
@@ -157,14 +180,22 @@ def _env_cells(row: Row) -> tuple[str, ...]:
     played = row.played
     assert played is not None
     assert played.success is not None
+    spread = played.over_runs
     return (
         row.player,
         played.information,
+        str(played.runs) if spread else "",
         " ".join("-" if time != time else f"{time:.2f}" for time in played.arrival),
         " ".join(f"{100 * share.value:.1f}" for share in played.success),
         probability(played.crash_any),
+        _range(spread["crash_probability"], ".1e") if spread else "",
         _interval(played.expected_cost),
+        _range(spread["expected_cost"], ".3f") if spread else "",
     )
+
+
+def _range(interval: Interval, form: str) -> str:
+    return f"[{interval.low:{form}}, {interval.high:{form}}]"
 
 
 def _interval(interval: Interval) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
 import shlex
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -50,7 +50,7 @@ def train(
     from baselines.playerfile import write_learned
     from baselines.training import METHODS, train_players
     from benchmarks.options import numbers
-    from benchmarks.targets import own_folder, target
+    from benchmarks.targets import target
     from ppg_env.errors import require
     from ppg_env.make import make_game
     from ppg_env.rules import CHOICES
@@ -73,9 +73,7 @@ def train(
     made = make_game(game, **overrides)
     path = target(f"{game}-{METHODS[method][0]}-{sharing}", ".npz", out)
     kept = Path(f"{path}.checkpoints")
-    own_folder(path)
-    kept.mkdir(exist_ok=True)
-    if any(kept.iterdir()):
+    if kept.is_dir():
         typer.echo(f"going on from the checkpoints in {kept}", err=True)
     with bar(f"training in {game}", steps * seeds) as advance:
         learned = train_players(
@@ -87,10 +85,12 @@ def train(
             steps=steps,
             jobs=jobs,
             folder=kept,
-            tensorboard=tensorboard and Path(tensorboard),
+            tensorboard=Path(tensorboard) if tensorboard else None,
             progress=advance,
         )
-    learned.about["command"] = shlex.join(["ppg", *sys.argv[1:]])
+    given = {"method": method, "sharing": sharing, "lam_range": lam_range, "steps": steps}
+    given |= {"seeds": seeds, "seed": seed, "out": out}
+    learned.about["command"] = _command(game, overrides | given)
     write_learned(path, learned)
     for file in kept.glob("seed-*.pt"):
         file.unlink()
@@ -113,6 +113,17 @@ def train(
         "In the environment, without exploration. Cost: mean over agents. Intervals: 95 %, over "
         "runs.",
     )
+
+
+def _command(game: str, options: dict[str, Any]) -> str:
+    """The command that repeats the training; options that stand as they are by default left out."""
+    defaults = inspect.signature(train).parameters
+    words = ["ppg", "train", game]
+    for name, value in options.items():
+        if value != defaults[name].default:
+            values = value if isinstance(value, list) else [value]
+            words += [f"--{name.replace('_', '-')}", ",".join(str(one) for one in values)]
+    return shlex.join(words)
 
 
 def _interval(found: dict[str, float]) -> str:

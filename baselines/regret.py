@@ -1,0 +1,165 @@
+r"""How far from equilibrium is a player?  A lower bound on its regret, by deviations that work.
+
+    regret_i >= E[cost of i] - E[cost of i when it deviates]        for any deviation of i
+
+Two deviations are tried for each agent, the others' players as they are:
+
+    trained    PPO against the frozen others, from the player's own policy if it has one
+    planned    the planner's best response to the others' mean behaviour, tracked
+
+The better one is chosen on one group of episodes and judged on another, with the same noise for
+both sides, so that its interval is honest.  Not to deviate gains nothing, so a bound is never
+negative.  It is a *lower* bound: an agent may have a better deviation that nobody has found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from baselines.policy import LearnedPlayer
+from ppg_env import arena
+from ppg_env.arena import Interval, mean_interval, trajectories
+from ppg_env.errors import require
+from ppg_env.game import Game
+from ppg_env.make import override_game
+from ppg_env.plan import Plan
+from ppg_env.players import Player, Tracker
+from ppg_env.records import frozen_array
+from ppg_env.rules import Rules
+from solvers.response import respond
+from solvers.search import Clock
+
+SELECTION, JUDGEMENT = 0, 1
+"""Groups of episodes: in which the deviation is chosen, and in which it is judged."""
+
+MEAN_EPISODES = 2000
+"""Episodes over which the others' behaviour is averaged for the planner."""
+
+
+@dataclass(frozen=True)
+class RegretBound:
+    """A lower bound on one agent's regret.
+
+    Attributes
+    ----------
+    regret : the gain of the best deviation, cut off at zero, with its interval.
+    deviation : which one that was: ``trained``, ``planned`` or ``none``.
+    gains : gain of each deviation that was tried, in the same episodes; may be negative.
+    """
+
+    regret: Interval
+    deviation: str
+    gains: dict[str, Interval]
+
+
+def regret_bounds(
+    game: Game,
+    players: Sequence[Player],
+    *,
+    agents: Sequence[int] | None = None,
+    steps: int = 500_000,
+    episodes: int = 50_000,
+    seed: int = 0,
+    solver: str = "HIGHS",
+    time_limit: float | None = 60.0,
+) -> dict[int, RegretBound]:
+    """Lower bounds on the regret of ``agents`` (all unless given) when ``players`` play ``game``.
+
+    Parameters
+    ----------
+    steps
+        Environment steps to train each deviation, 0 to do without.  It starts to learn from the
+        agent's own policy, if that is a learned one.
+    episodes
+        Episodes to choose a deviation in, and again to judge it in.
+    solver, time_limit
+        Of the planner, see :func:`solvers.best_response`.
+    """
+    everybody = range(len(game.agents))
+    require(steps >= 0, "steps", f"is {steps}", "give a number of steps, zero or more")
+    mean = _mean_behaviour(game, players, seed)
+    now = [arena.evaluate(game, players, episodes, seed, group=g) for g in (SELECTION, JUDGEMENT)]
+    found = {}
+    for i in everybody if agents is None else agents:
+        deviations = {}
+        if steps:
+            deviations["trained"] = _trained(game, i, players, steps, seed)
+        planned = _planned(game, i, mean, solver, time_limit)
+        if planned is not None:
+            deviations["planned"] = planned
+        gains: dict[str, list[np.ndarray]] = {}
+        for name, deviation in deviations.items():
+            others = [deviation if j == i else player for j, player in enumerate(players)]
+            gains[name] = [
+                before.cost[:, i] - arena.evaluate(game, others, episodes, seed, group=g).cost[:, i]
+                for g, before in zip((SELECTION, JUDGEMENT), now, strict=True)
+            ]
+        found[i] = _chosen(gains)
+    return found
+
+
+def _chosen(gains: dict[str, list[np.ndarray]]) -> RegretBound:
+    judged = {name: mean_interval(both[JUDGEMENT]) for name, both in gains.items()}
+    best = max(gains, key=lambda name: float(gains[name][SELECTION].mean()), default="none")
+    if best == "none" or gains[best][SELECTION].mean() <= 0:
+        return RegretBound(Interval(0.0, 0.0, 0.0), "none", judged)
+    gain = judged[best]
+    regret = Interval(*(max(limit, 0.0) for limit in (gain.value, gain.low, gain.high)))
+    return RegretBound(regret, best, judged)
+
+
+def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed: int) -> Player:
+    """PPO for one agent against the others as they are."""
+    from baselines.imitation import imitate_homing
+    from baselines.ppo import COPIES, copy_policy, make_learner, player_of
+    from baselines.turns import Args, Turn, take_turns
+
+    lam, player = game.agents[agent].lam, players[agent]
+    own = player.policy if isinstance(player, LearnedPlayer) else None
+    conditioned = own is not None and own.conditioned
+    args = Args(game, "selfish", (lam, lam) if conditioned else None, seed, steps)
+    learner = make_learner(args, [agent], copies=2 * COPIES)
+    learner.env.players.update({j: player for j, player in enumerate(players) if j != agent})
+
+    def prepare() -> None:
+        if own is None or not copy_policy(own, learner):
+            imitate_homing(learner.model, learner.env, seed)
+
+    take_turns(args, [learner], [Turn(0, -(-steps // learner.rollout))], prepare=prepare)
+    return player_of(args, learner, agent)
+
+
+def _planned(
+    game: Game, agent: int, mean: tuple[Plan, ...], solver: str, time_limit: float | None
+) -> Player | None:
+    """The best response to the others' mean paths, in the money of the environment."""
+    priced = override_game(game, objective="risk")
+    found = respond(priced, agent, mean, "selfish", solver, Clock(time_limit))
+    return None if found.profile is None else Tracker(game, agent, found.profile[agent])
+
+
+def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[Plan, ...]:
+    """Everybody's mean path while in traffic, as plans that leave at the mean time of leaving."""
+    # Crashed agents go on: who deviates wants to know where the others would have gone.
+    going_on = Rules(on_crash="continue")
+    states = trajectories(game, players, MEAN_EPISODES, seed, group=SELECTION, rules=going_on)
+    plans = []
+    for i, agent in enumerate(game.agents):
+        path = states[:, :, i, : agent.state_dim]
+        there = np.isfinite(path[:, :, 0])
+        left = round(float(there.sum(axis=1).mean())) - 1
+        counts = np.maximum(there.sum(axis=0), 1)[:, None]
+        mean = np.where(there[:, :, None], path, 0.0).sum(axis=0) / counts
+        last = min(max(left, 0), game.horizon)
+        rows = np.minimum(np.arange(game.horizon + 1), min(last, len(mean) - 1))
+        plans.append(
+            Plan(
+                frozen_array(np.zeros((game.horizon, agent.control_dim))),
+                frozen_array(mean[rows]),
+                last,
+            )
+        )
+    return tuple(plans)

@@ -1,0 +1,205 @@
+r"""Do learned selfish agents pay the same price in safety as equilibrium planners?
+
+Every cell is a scenario, a speed set and a lam.  In it four players meet the same noise in the
+environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and
+``social``, planned for the risk objective, and the pretrained ``ppo-selfish`` and ``ppo-social``.
+
+    price in cost   expected cost of the selfish player over that of the social one
+    price in risk   probability that anybody crashes, likewise
+
+Episodes come in as many groups as there are training runs; run r plays group r.  Intervals are
+Student's over the groups: for learners they cover training and noise, for planners noise alone.
+Logarithms of crash counts are taken with half a crash added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from baselines.evaluation import Judged, judge, over_runs
+from baselines.pretrained import find_pretrained
+from ppg_env.arena import Interval
+from ppg_env.game import Game
+from ppg_env.make import make_game
+from ppg_env.players import Player, track
+
+SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
+SPEEDS = ("l1", "disc", "box")
+LAMS = (0.1, 0.3, 0.5, 0.7, 0.8, 0.9)
+PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
+KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
+"""Selfish and social player of each kind."""
+
+RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
+"""Whom a learner is compared with, pair by pair."""
+
+SAME = 0.05
+"""Costs within this share of each other count as about the same, as the paper has it."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One game of the study."""
+
+    scenario: str
+    speed: str
+    lam: float
+
+    def game(self) -> Game:
+        """The game; its objective is what the planners plan for."""
+        return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
+
+
+def cells(
+    scenarios: Sequence[str] = SCENARIOS,
+    speeds: Sequence[str] = SPEEDS,
+    lams: Sequence[float] = LAMS,
+) -> list[Cell]:
+    """All cells, speed sets first."""
+    return [Cell(s, v, lam) for v in speeds for s in scenarios for lam in lams]
+
+
+def run_cell(cell: Cell, episodes: int, seed: int) -> dict[str, Any]:
+    """Play one cell; a row of plain numbers.
+
+    A row without ``players`` has the ``reason`` why a planner found nothing.
+    """
+    game = cell.game()
+    row: dict[str, Any] = vars(cell) | {"episodes": episodes, "seed": seed}
+    learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
+    groups = len(learned["ppo-selfish"].runs)
+    sides: dict[str, list[Sequence[Player]]] = {
+        name: [one.players(game, run) for run in range(groups)] for name, one in learned.items()
+    }
+    for name in KINDS["planned"]:
+        solution = _plan(name, game)
+        if solution.profile is None:
+            return row | {"reason": f"{name}: {solution.advice}"}
+        row[f"{name}_status"] = str(solution.status)
+        sides[name] = [track(game, solution.profile)]
+    judged = {name: judge(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS}
+    return row | {
+        "players": {name: _figures(judged[name]) for name in PLAYERS},
+        "paired": {
+            name: vars(over_runs(judged[name].costs - judged[rival].costs))
+            for name, rival in RIVALS.items()
+        },
+        "price": {kind: _price(judged[a], judged[b]) for kind, (a, b) in KINDS.items()},
+    }
+
+
+def _plan(name: str, game: Game) -> Any:
+    from solvers import best_response_dynamics, social_optimum
+
+    return best_response_dynamics(game) if name == "nash" else social_optimum(game)
+
+
+def _figures(judged: Judged) -> dict[str, Any]:
+    return {
+        "cost": vars(over_runs(judged.costs, 0.0)),
+        "crash": vars(over_runs(judged.crashes, 0.0, 1.0)),
+        "success": vars(over_runs(judged.successes, 0.0, 1.0)),
+    }
+
+
+def _price(selfish: Judged, social: Judged) -> dict[str, Any]:
+    count = len(selfish.groups[0].cost) + 0.5
+    logs = [np.log(one.crashes + 0.5 / count) for one in (selfish, social)]
+    return {
+        "cost": vars(_ratio(np.log(selfish.costs), np.log(social.costs))),
+        "risk": vars(_ratio(*logs)),
+    }
+
+
+def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
+    """Exp of the mean difference of logarithms, with its interval."""
+    found = over_runs(above - below)
+    return Interval(*np.exp([found.value, found.low, found.high]).tolist())
+
+
+def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
+    """Cells of the table of one speed set; see :data:`COLUMNS`."""
+    lines = []
+    for row in rows:
+        if row["speed"] != speed:
+            continue
+        head = (row["scenario"], f"{row['lam']:g}")
+        if "players" not in row:
+            lines.append((*head, row["reason"], *[""] * (len(COLUMNS) - 3)))
+            continue
+        played = [row["players"][name] for name in PLAYERS]
+        lines.append(
+            (
+                *head,
+                *(f"{one['cost']['value']:.2f}" for one in played),
+                *(f"{one['crash']['value']:.1e}" for one in played),
+                *(
+                    f"{row['price'][kind][what]['value']:{form}}"
+                    for what, form in (("cost", ".3f"), ("risk", ".3g"))
+                    for kind in KINDS
+                ),
+            )
+        )
+    return lines
+
+
+SHORT = ("nash", "social", "self.", "soc.")
+"""Names of the players in the head of the table."""
+
+COLUMNS = (
+    "scenario",
+    "lam",
+    *(f"{what} {name}" for what in ("cost", "crash") for name in SHORT),
+    *(f"{what} {kind}" for what in ("cost x", "risk x") for kind in ("pl.", "le.")),
+)
+
+
+def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """What the rows say, in sentences that the data write."""
+    rows = [row for row in rows if "players" in row]
+    for kind, (selfish, social) in KINDS.items():
+        ratios = {what: [row["price"][kind][what] for row in rows] for what in ("cost", "risk")}
+        values = {what: np.array([r["value"] for r in found]) for what, found in ratios.items()}
+        same = [abs(r["value"] - 1) <= SAME for r in ratios["cost"]]
+        worse = [r["low"] > 1 for r in ratios["risk"]]
+        safer = [r["high"] < 1 for r in ratios["risk"]]
+        both = sum(a and b for a, b in zip(same, worse, strict=True))
+        yield (
+            f"{kind.capitalize()} ({selfish} against {social}): costs differ by at most "
+            f"{SAME:.0%} in {sum(same)} of {len(rows)} cells (ratio {values['cost'].min():.3f} to "
+            f"{values['cost'].max():.3f}); crashes are likelier in {sum(worse)} cells, less likely "
+            f"in {sum(safer)}, and not told apart in {len(rows) - sum(worse) - sum(safer)} "
+            f"(median ratio {np.median(values['risk']):.2g}, largest {values['risk'].max():.3g}). "
+            f"As the paper has it, about as cheap and less safe: {both} cells."
+        )
+        yield f"{kind.capitalize()}, by scenario and speed set: {_places(rows, kind)}."
+    for name, rival in RIVALS.items():
+        paired = [row["paired"][name] for row in rows]
+        cheaper = sum(p["high"] < 0 for p in paired)
+        dearer = [
+            f"{row['scenario']} {row['speed']} {row['lam']:g}"
+            for row, p in zip(rows, paired, strict=True)
+            if p["low"] > 0
+        ]
+        yield (
+            f"{name} against tracked {rival}, same noise: cheaper in {cheaper} of {len(rows)} "
+            f"cells, dearer in {len(dearer)}"
+            + (f" ({', '.join(dearer)})" if dearer else "")
+            + f", not told apart in {len(rows) - cheaper - len(dearer)}."
+        )
+
+
+def _places(rows: Sequence[dict[str, Any]], kind: str) -> str:
+    """Where selfishness makes crashes likelier, and at how many lam of how many."""
+    found: dict[str, tuple[int, int]] = {}
+    for row in rows:
+        key = f"{row['scenario']} {row['speed']}"
+        hits, total = found.get(key, (0, 0))
+        found[key] = (hits + (row["price"][kind]["risk"]["low"] > 1), total + 1)
+    return "crashes likelier at " + ", ".join(
+        f"{key} {hits}/{total}" for key, (hits, total) in found.items()
+    )
