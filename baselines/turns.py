@@ -140,6 +140,7 @@ def take_turns(
                 reset_num_timesteps=False,
                 tb_log_name=f"seed{args.seed}_learner{turn.learner}",
             )
+            learner.model.logger.dump(learner.model.num_timesteps)  # of the last update
             done, saved = number + 1, saved + turn.rollouts
             if args.checkpoint is not None and (
                 saved >= args.checkpoint_every or done == len(turns)

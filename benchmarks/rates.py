@@ -28,12 +28,12 @@ COPIES = 4096
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
     """Run every measurement, all on one core; ``quick`` takes few steps."""
-    with _on_one_core():
+    with on_one_core():
         yield from _measurements(20 if quick else 1000, seed)
 
 
 @contextmanager
-def _on_one_core() -> Iterator[None]:
+def on_one_core() -> Iterator[None]:
     """Hold the process to one core, where the system can: libraries have threads of their own."""
     if not hasattr(os, "sched_setaffinity"):
         yield

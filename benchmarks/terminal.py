@@ -71,7 +71,10 @@ def working(text: str) -> Iterator[Any]:
 
 @contextmanager
 def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr with the time left; yields a function that advances it."""
+    """A progress bar on stderr with the time left; yields a function that advances it.
+
+    It shows from the first advance on: a mistake that is found before leaves only its sentence.
+    """
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -82,9 +85,20 @@ def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
     )
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as shown:
-        task = shown.add_task(text, total=total)
-        yield lambda count: shown.advance(task, count)
+    shown = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))
+    task, done = shown.add_task(text, total=total), 0
+
+    def advance(count: int) -> None:
+        nonlocal done
+        shown.start()
+        done = min(done + count, total)  # whole rollouts may overshoot
+        shown.update(task, completed=done)
+
+    try:
+        yield advance
+    finally:
+        if shown.live.is_started:
+            shown.stop()
 
 
 def no_solution(advice: str) -> NoReturn:

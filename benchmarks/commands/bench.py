@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,8 +13,16 @@ from benchmarks.terminal import print_json, print_table, working
 if TYPE_CHECKING:
     from benchmarks.measurement import Measurement
 
-TITLES = {"planning": "Times in seconds", "environment": "The environment, on one core"}
-SUITES = tuple(TITLES)
+TITLES = {
+    "planning": "Times in seconds",
+    "environment": "The environment, on one core",
+    "learning": "PPO's training loop, on one core",
+}
+SUITES = {
+    "planning": "benchmarks.timing",
+    "environment": "benchmarks.rates",
+    "learning": "benchmarks.training_rate",
+}
 
 
 def bench(
@@ -24,14 +33,11 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning and start-up times, or the environment's rates beside its rivals'."""
+    """Measure planning and start-up times, the environment's rates beside its rivals', or PPO."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))
-    if suite == "planning":
-        from benchmarks.timing import measurements
-    else:
-        from benchmarks.rates import measurements
+    measurements = import_module(SUITES[suite]).measurements
     rows = []
     with working("measuring") as status:
         for row in measurements(quick=quick, seed=seed):

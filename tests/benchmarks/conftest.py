@@ -10,7 +10,11 @@ from typing import Any
 
 import pytest
 
+from baselines import Learned, write_learned
 from benchmarks.cli import main
+from ppg_env import make_game
+from ppg_env.gamefile import game_to_tables
+from tests.baselines.conftest import small_policy
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,15 @@ def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         main(words)
     assert not leave.value.code
     return path
+
+
+@pytest.fixture(scope="session")
+def learned_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Players of two agents with random weights, as a training would leave them."""
+    game = make_game("intersection", speed="l1")
+    about = {"player": "random", "game": game_to_tables(game), "lam": None}
+    learned = Learned(((small_policy(game, 0),), (small_policy(game, 1),)), about)
+    return write_learned(tmp_path_factory.mktemp("learned") / "random.npz", learned)
 
 
 def _refuse(word: str) -> None:

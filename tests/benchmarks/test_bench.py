@@ -12,3 +12,11 @@ def test_a_quick_run_measures_everything_once(ppg):
     text = " ".join(row["what"] for row in measured)
     for part in ("best response", "social optimum", "episodes", "import ppg_env", "ppg --help"):
         assert part in text
+
+
+def test_training_is_measured(ppg):
+    rows = ppg("bench", "learning", "--quick", "--json").json["measurements"]
+    text = " ".join(row["what"] for row in rows)
+    assert "steps per second" in text
+    assert "share" in text
+    assert all(row["value"] > 0 for row in rows)

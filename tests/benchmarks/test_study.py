@@ -1,0 +1,144 @@
+"""``ppg study``: rows are stored, gone on from, and told in a table, figures and words."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from baselines.pretrained import find_pretrained
+from benchmarks.experiments import learned
+from benchmarks.experiments.results import completed, read_rows, write_rows
+from ppg_env import InputError
+from tests.benchmarks.judges import picture_size
+
+FEW = ["--scenarios", "parallel", "--speeds", "l1", "--lams", "0.5,0.8", "--episodes", "1000"]
+
+
+def interval(value, low=None, high=None):
+    return {"value": value, "low": low or value * 0.9, "high": high or value * 1.1}
+
+
+def row(scenario, cost, risk, paired=-0.1):
+    price = {"cost": interval(cost), "risk": interval(risk)}
+    return {
+        "scenario": scenario,
+        "speed": "l1",
+        "lam": 0.5,
+        "players": {},
+        "price": {"planned": price, "learned": price},
+        "paired": {
+            name: {"value": paired, "low": paired - 0.01, "high": paired + 0.01}
+            for name in learned.RIVALS
+        },
+    }
+
+
+@pytest.mark.slow
+def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = ppg("study", "learned", *FEW)
+    assert "parallel" in done.out
+    assert "ppo-selfish against tracked nash" in done.out
+    picture_size(tmp_path / "out" / "learned-l1.png")
+    stored = json.loads((tmp_path / "out" / "learned.json").read_text())["rows"]
+    assert [one["lam"] for one in stored] == [0.5, 0.8]
+    for one in stored:
+        assert set(one["players"]) == set(learned.PLAYERS)
+        for found in one["players"].values():
+            assert found["success"]["value"] > 0.9
+
+    monkeypatch.setattr(learned, "run_cell", None)  # nothing may be run again
+    again = ppg("study", "learned", *FEW, "--json").json
+    assert again["rows"] == stored
+    assert ppg("study", "learned", *FEW).out == done.out
+
+
+@pytest.mark.slow
+def test_rows_do_not_depend_on_the_number_of_processes(ppg, tmp_path):
+    words = ["study", "learned", *FEW, "--json", "--results"]
+    one = ppg(*words, tmp_path / "one.json").json
+    two = ppg(*words, tmp_path / "two.json", "--jobs", "2").json
+    assert one == two
+
+
+def test_the_figures_of_a_cell_are_those_of_the_runs():
+    """A learner's cost is the mean over its runs, each in its own group of episodes."""
+    from baselines.evaluation import judge
+
+    cell = learned.Cell("parallel", "l1", 0.5)
+    found = learned.run_cell(cell, 500, seed=2)["players"]["ppo-social"]
+    game = cell.game()
+    social = find_pretrained("ppo-social", game)
+    judged = judge(game, [social.players(game, r) for r in range(5)], 500, seed=2)
+    assert found["cost"]["value"] == pytest.approx(float(np.mean(judged.costs)))
+
+
+def test_words_count_what_the_rows_say():
+    rows = [row("a", 1.0, 5.0), row("a", 1.2, 5.0), row("b", 1.01, 0.5), row("b", 1.0, 1.0, 0.2)]
+    said = list(learned.words(rows))
+    assert "at most 5% in 3 of 4 cells (ratio 1.000 to 1.200)" in said[0]
+    assert "likelier in 2 cells, less likely in 1, and not told apart in 1" in said[0]
+    assert "about as cheap and less safe: 1 cells" in said[0]
+    assert "a l1 2/2, b l1 0/2" in said[1]
+    assert "cheaper in 3 of 4 cells, dearer in 1 (b l1 0.5)" in said[-1]
+
+
+def test_stored_rows_are_not_run_again_and_others_are_kept(tmp_path):
+    path, ran = tmp_path / "rows.json", []
+
+    def run(cell):
+        ran.append(cell)
+        return {"cell": cell}
+
+    def same(cell, old):
+        return old["cell"] == cell
+
+    write_rows(path, "test", [{"cell": 1}, {"cell": 9}])
+    rows = completed(path, "test", [1, 2, 3], run, same)
+    assert ran == [2, 3]
+    assert [one["cell"] for one in rows] == [1, 2, 3]
+    assert sorted(one["cell"] for one in read_rows(path, "test")) == [1, 2, 3, 9]
+
+
+def test_a_run_that_fails_loses_no_row(tmp_path):
+    path = tmp_path / "rows.json"
+
+    def run(cell):
+        if cell == 2:
+            raise KeyboardInterrupt
+        return {"cell": cell}
+
+    with pytest.raises(KeyboardInterrupt):
+        completed(path, "test", [1, 2], run, lambda cell, old: old["cell"] == cell)
+    assert [one["cell"] for one in read_rows(path, "test")] == [1]
+
+
+def test_files_of_something_else_are_refused(tmp_path):
+    path = tmp_path / "rows.json"
+    write_rows(path, "other", [])
+    with pytest.raises(InputError, match="study"):
+        read_rows(path, "test")
+    path.write_text("{")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_rows(path, "test")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["magic"], "learned"),
+        (["learned", "--scenarios", "here"], "head_on"),
+        (["learned", "--speeds", "fast"], "disc"),
+        (["learned", "--lams", "x"], "write a number"),
+        (["learned", "--lams", "0.99"], "ppg train"),
+        (["learned", "--results", "none/a.json"], "no folder"),
+    ],
+    ids=" ".join,
+)
+def test_mistakes_are_told_in_one_line(ppg, tmp_path, monkeypatch, words, told):
+    monkeypatch.chdir(tmp_path)
+    done = ppg("study", *words, code=2)
+    assert told in done.err
+    assert "Traceback" not in done.err
