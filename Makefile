@@ -16,6 +16,8 @@ help: ## List the targets
 
 demo: $(VENV)/.demo ## Compare the players in the paper's scenarios: tables, and pictures in out/
 	$(BIN)/ppg compare head_on --speed l1 --objective risk --lam 0.8 --gain 0 --out out/headline.png
+	$(BIN)/ppg compare head_on --speed l1 --objective risk --lam 0.8 --episodes 50000 \
+		--players nash,social,ppo-selfish,ppo-social --out out/learned.png
 	@for game in opposing head_on parallel intersection intersection3; do \
 		echo "$(BIN)/ppg compare $$game"; $(BIN)/ppg compare $$game || exit 1; done
 

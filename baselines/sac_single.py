@@ -6,8 +6,6 @@ steps, and takes longer for each.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from stable_baselines3 import SAC
 
 from baselines.bridge import GameVecEnv
@@ -28,23 +26,15 @@ ROLLOUT = 100
 """Steps of all copies that count as one rollout, between which checkpoints may be written."""
 
 
-@dataclass(frozen=True)
-class SacArgs(Args):
-    """As :class:`~baselines.turns.Args`; ``learner`` is the index of the agent that learns."""
-
-    learner: int = 0
-
-
-def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
-    """Train one agent's policy; everybody else flies straight."""
-    agent = args.learner if isinstance(args, SacArgs) else 0
+def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int = 0) -> Team:
+    """Train the policy of one agent, the ``learner``; everybody else flies straight."""
     count = len(args.game.agents)
-    require(0 <= agent < count, "learner", f"is {agent} of {count}", "count agents from 0")
+    require(0 <= learner < count, "learner", f"is {learner} of {count}", "count agents from 0")
     env = GameVecEnv(
         args.game,
         Rules(sharing=args.sharing),
         COPIES,
-        learners=[agent],
+        learners=[learner],
         weights=args.lam,
         bootstrap=False,
         seed=args.seed,
@@ -65,9 +55,14 @@ def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
         seed=args.seed,
         device="cpu",
     )
-    learner = Learner(model, env, ROLLOUT * COPIES)
-    rollouts = -(-args.steps // learner.rollout)
-    take_turns(args, [learner], in_pieces(0, rollouts, args.checkpoint_every), progress=progress)
+    rollout = ROLLOUT * COPIES
+    rollouts = -(-args.steps // rollout)
+    take_turns(
+        args,
+        [Learner(model, env, rollout)],
+        in_pieces(0, rollouts, args.checkpoint_every),
+        progress=progress,
+    )
     team: list[Policy | None] = [None] * count
-    team[agent] = export_policy(model, conditioned=args.lam is not None)
+    team[learner] = export_policy(model, conditioned=args.lam is not None)
     return tuple(team)

@@ -122,7 +122,8 @@ def take_turns(
     for learner, total in zip(learners, totals, strict=True):
         _anneal(learner.model, total * learner.rollout)
     with _repeatable():
-        first = _restore(args, learners)
+        mark = fingerprint(args, turns)
+        first = _restore(args.checkpoint, mark, learners)
         if first == 0:
             _seed(args.seed, 0, learners)
             prepare()
@@ -145,7 +146,7 @@ def take_turns(
             if args.checkpoint is not None and (
                 saved >= args.checkpoint_every or done == len(turns)
             ):
-                _save(args, learners, done)
+                _save(args.checkpoint, mark, learners, done)
                 saved = 0
 
 
@@ -156,14 +157,14 @@ def in_pieces(learner: int, rollouts: int, size: int) -> list[Turn]:
     return whole + ([Turn(learner, rest)] if rest else [])
 
 
-def fingerprint(args: Args) -> str:
-    """What a training depends on, as a short text: its arguments, not its files."""
+def fingerprint(args: Args, turns: Sequence[Turn]) -> str:
+    """What a training depends on, as a short text: its arguments and turns, not its files."""
     known = {
         field.name: getattr(args, field.name)
         for field in fields(args)
         if field.name not in ("game", "checkpoint", "tensorboard")
     }
-    text = f"{type(args).__module__} {known} {to_json(game_to_tables(args.game))}"
+    text = f"{type(args).__module__} {known} {turns} {to_json(game_to_tables(args.game))}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -214,21 +215,19 @@ def _repeatable() -> Iterator[None]:
         torch.set_num_threads(threads)
 
 
-def _save(args: Args, learners: Sequence[Learner], turns: int) -> None:
-    assert args.checkpoint is not None
+def _save(path: Path, mark: str, learners: Sequence[Learner], turns: int) -> None:
     content = io.BytesIO()
     state = {
-        "fingerprint": fingerprint(args),
+        "fingerprint": mark,
         "turns": turns,
         "learners": [_state(learner.model) for learner in learners],
     }
     torch.save(state, content)
-    write_atomically(args.checkpoint, content.getvalue())
+    write_atomically(path, content.getvalue())
 
 
-def _restore(args: Args, learners: Sequence[Learner]) -> int:
+def _restore(path: Path | None, mark: str, learners: Sequence[Learner]) -> int:
     """Load the checkpoint, if there is one; the number of turns that it is past."""
-    path = args.checkpoint
     if path is None or not path.exists():
         return 0
     try:
@@ -239,7 +238,7 @@ def _restore(args: Args, learners: Sequence[Learner]) -> int:
             os.fspath(path), f"cannot be read ({type(error).__name__})", "remove it to start anew"
         ) from None
     require(
-        known == fingerprint(args),
+        known == mark,
         os.fspath(path),
         "is the checkpoint of another training",
         "remove it to start anew, or repeat the command that made it",

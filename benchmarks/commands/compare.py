@@ -26,7 +26,7 @@ from benchmarks.terminal import (
 )
 
 if TYPE_CHECKING:
-    from benchmarks.comparison import Row
+    from benchmarks.comparison import Played, Row
     from ppg_env.arena import Interval
     from ppg_env.game import Game
 
@@ -47,18 +47,16 @@ ENV_COLUMNS = (
     "arrival",
     "arrived %",
     "crash probability",
-    "over runs",
     "expected cost",
-    "over runs",
 )
 NOTES = {
     "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
     "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
     "agents. Overlap: the plan's own means collide.",
     "env": "In the environment: arrival within a region, inputs projected, crashed agents leave; "
-    "{episodes:,} episodes, 95 % intervals over episodes, and over training runs where there are "
-    "several. Arrival: mean over episodes that arrive. Crash: anybody. Expected cost: lam per "
-    "step, (1 - lam) {kappa:g} for a crash, mean over agents.",
+    "{episodes:,} episodes. 95 % intervals over episodes, for learners over training runs too. "
+    "Arrival: mean over episodes that arrive. Crash: anybody. Expected cost: lam per step, "
+    "(1 - lam) {kappa:g} for a crash, mean over agents.",
 }
 
 
@@ -187,15 +185,17 @@ def _env_cells(row: Row) -> tuple[str, ...]:
         str(played.runs) if spread else "",
         " ".join("-" if time != time else f"{time:.2f}" for time in played.arrival),
         " ".join(f"{100 * share.value:.1f}" for share in played.success),
-        probability(played.crash_any),
-        _range(spread["crash_probability"], ".1e") if spread else "",
-        _interval(played.expected_cost),
-        _range(spread["expected_cost"], ".3f") if spread else "",
+        _crash(played),
+        _interval(spread["expected_cost"] if spread else played.expected_cost),
     )
 
 
-def _range(interval: Interval, form: str) -> str:
-    return f"[{interval.low:{form}}, {interval.high:{form}}]"
+def _crash(played: Played) -> str:
+    """With the interval over runs where there are several and any crash was seen."""
+    if played.over_runs is None or played.crash_any.hits == 0:
+        return probability(played.crash_any)
+    found = played.over_runs["crash_probability"]
+    return f"{found.value:.2e} [{found.low:.1e}, {found.high:.1e}]"
 
 
 def _interval(interval: Interval) -> str:

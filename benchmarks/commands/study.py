@@ -14,9 +14,8 @@ from benchmarks.terminal import bar, print_json, print_table
 STUDIES = ("learned",)
 
 NOTE = (
-    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: anybody. self., "
-    "soc.: ppo-selfish, ppo-social. Cost x, risk x: selfish over social, planned (pl.) and "
-    "learned (le.)."
+    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: anybody. self*, "
+    "soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned and learned*."
 )
 
 

@@ -136,7 +136,7 @@ def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
             (
                 *head,
                 *(f"{one['cost']['value']:.2f}" for one in played),
-                *(f"{one['crash']['value']:.1e}" for one in played),
+                *(_probability(one["crash"]["value"], row["episodes"]) for one in played),
                 *(
                     f"{row['price'][kind][what]['value']:{form}}"
                     for what, form in (("cost", ".3f"), ("risk", ".3g"))
@@ -147,15 +147,21 @@ def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
     return lines
 
 
-SHORT = ("nash", "social", "self.", "soc.")
+SHORT = ("nash", "soc.", "self*", "soc.*")
 """Names of the players in the head of the table."""
 
 COLUMNS = (
     "scenario",
     "lam",
-    *(f"{what} {name}" for what in ("cost", "crash") for name in SHORT),
-    *(f"{what} {kind}" for what in ("cost x", "risk x") for kind in ("pl.", "le.")),
+    *(f"{what}\n{name}" for what in ("cost", "crash") for name in SHORT),
+    *(f"{what}\nratio\n{kind}" for what in ("cost", "risk") for kind in ("pl.", "le.*")),
 )
+
+
+def _probability(value: float, episodes: int) -> str:
+    """Two digits; the 97.5 % limit where no crash was seen."""
+    shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
+    return shown.replace("e-0", "e-")
 
 
 def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:

@@ -20,10 +20,10 @@ from ppg_env import Game, InputError, make_game
 ROOT = Path(__file__).parents[2]
 STEPS = 4 * 8192
 METHODS = {
-    "shared": (ppo_shared.train, Args, STEPS),
-    "independent": (separate.independent, Args, STEPS),
-    "best-response": (separate.best_response, Args, STEPS),
-    "off-policy": (sac_single.train, sac_single.SacArgs, 5 * 3200),
+    "shared": (ppo_shared.train, STEPS),
+    "independent": (separate.independent, STEPS),
+    "best-response": (separate.best_response, STEPS),
+    "off-policy": (sac_single.train, 5 * 3200),
 }
 
 
@@ -36,8 +36,8 @@ class KilledError(Exception):
 def test_a_training_repeats_and_goes_on_after_a_kill(
     game: Game, tmp_path: Path, method: str
 ) -> None:
-    train, kind, steps = METHODS[method]
-    args = kind(game, steps=steps, seed=3, checkpoint_every=1)
+    train, steps = METHODS[method]
+    args = Args(game, steps=steps, seed=3, checkpoint_every=1)
     undisturbed = train(args)
     path = tmp_path / "seed.pt"
     args = replace(args, checkpoint=path)
@@ -104,6 +104,8 @@ def test_a_checkpoint_of_another_training_is_refused(game: Game, tmp_path: Path)
     ):
         with pytest.raises(InputError, match="another training"):
             ppo_shared.train(other)
+    with pytest.raises(InputError, match="another training"):
+        separate.independent(args)
 
 
 def test_a_damaged_checkpoint_is_told_and_runs_no_code(game: Game, tmp_path: Path) -> None:
@@ -128,10 +130,12 @@ def test_pieces_add_up() -> None:
 
 
 def test_files_do_not_change_what_a_training_is(game: Game, tmp_path: Path) -> None:
-    args = Args(game)
-    assert fingerprint(args) == fingerprint(replace(args, tensorboard=tmp_path))
-    assert fingerprint(args) == fingerprint(replace(args, checkpoint=tmp_path / "a.pt"))
-    assert fingerprint(args) != fingerprint(replace(args, seed=1))
+    args, turns = Args(game), [Turn(0, 1)]
+    same = (replace(args, tensorboard=tmp_path), replace(args, checkpoint=tmp_path / "a.pt"))
+    for other in same:
+        assert fingerprint(other, turns) == fingerprint(args, turns)
+    assert fingerprint(replace(args, seed=1), turns) != fingerprint(args, turns)
+    assert fingerprint(args, [Turn(0, 2)]) != fingerprint(args, turns)
 
 
 @pytest.mark.parametrize(
