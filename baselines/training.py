@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -25,13 +25,23 @@ from ppg_env.make import override_game
 if TYPE_CHECKING:
     from baselines.turns import Args, Progress
 
+
+@dataclass(frozen=True)
+class Method:
+    """A way to train: prefix of its players' names, its function, and how many steps are enough."""
+
+    prefix: str
+    module: str
+    function: str
+    steps: int
+
+
 METHODS = {
-    "shared": ("ppo", "baselines.ppo_shared", "train"),
-    "independent": ("ippo", "baselines.separate", "independent"),
-    "best-response": ("ibr", "baselines.separate", "best_response"),
-    "off-policy": ("sac", "baselines.sac_single", "train"),
+    "shared": Method("ppo", "baselines.ppo_shared", "train", 2_000_000),
+    "independent": Method("ippo", "baselines.separate", "independent", 2_000_000),
+    "best-response": Method("ibr", "baselines.separate", "best_response", 2_000_000),
+    "off-policy": Method("sac", "baselines.sac_single", "train", 100_000),
 }
-"""Method: the prefix of its players' names, and where its training function is."""
 
 FIGURE_LAMS = (0.2, 0.5, 0.8)
 FIGURE_EPISODES = 50_000
@@ -47,7 +57,7 @@ def train_players(
     sharing: str = "selfish",
     lam: tuple[float, float] | None = (0.05, 0.95),
     seeds: Sequence[int] = (0,),
-    steps: int = 2_000_000,
+    steps: int | None = None,
     jobs: int = 1,
     folder: Path | None = None,
     tensorboard: Path | None = None,
@@ -58,7 +68,7 @@ def train_players(
     Parameters
     ----------
     game, sharing, lam, steps, tensorboard
-        See :class:`baselines.turns.Args`.
+        See :class:`baselines.turns.Args`; what is enough for the method unless given.
     method
         A name of :data:`METHODS`.
     jobs
@@ -68,10 +78,10 @@ def train_players(
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
-    prefix = METHODS[method][0]
     require_extra()
     from baselines.turns import Args
 
+    steps = METHODS[method].steps if steps is None else steps
     args = Args(game, sharing, lam, steps=steps, tensorboard=tensorboard)
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
@@ -81,7 +91,7 @@ def train_players(
     with _progress_of(jobs, progress) as (run, tell):
         runs = tuple(run(partial(_train, method, tell), each))
     about: dict[str, Any] = {
-        "player": f"{prefix}-{sharing}",
+        "player": f"{METHODS[method].prefix}-{sharing}",
         "method": method,
         "sharing": sharing,
         "reward": "risk",
@@ -133,8 +143,8 @@ def require_extra() -> None:
 
 
 def _train(method: str, tell: Progress | None, args: Args) -> Team:
-    _, module, name = METHODS[method]
-    team: Team = getattr(import_module(module), name)(args, tell or _tell_parent)
+    train = getattr(import_module(METHODS[method].module), METHODS[method].function)
+    team: Team = train(args, tell or _tell_parent)
     return team
 
 

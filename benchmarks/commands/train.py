@@ -34,7 +34,10 @@ def train(
             metavar="LOW,HIGH", help="Lam is drawn from here and observed, unless --lam is given."
         ),
     ] = "0.05,0.95",
-    steps: Annotated[int, typer.Option(min=1, help="Environment steps of each run.")] = 2_000_000,
+    steps: Annotated[
+        int | None,
+        typer.Option(min=1, help="Environment steps of each run (default: the method's)."),
+    ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1,
     jobs: Annotated[int, typer.Option(min=1, help="Processes, one run each.")] = 1,
     out: Annotated[
@@ -71,11 +74,12 @@ def train(
     )
     assert isinstance(drawn, list)
     made = make_game(game, **overrides)
-    path = target(f"{game}-{METHODS[method][0]}-{sharing}", ".npz", out)
+    path = target(f"{game}-{METHODS[method].prefix}-{sharing}", ".npz", out)
     kept = Path(f"{path}.checkpoints")
     if kept.is_dir():
         typer.echo(f"going on from the checkpoints in {kept}", err=True)
-    with bar(f"training in {game}", steps * seeds) as advance:
+    total = (steps or METHODS[method].steps) * seeds
+    with bar(f"training in {game}", total) as advance:
         learned = train_players(
             made,
             method,
@@ -107,7 +111,7 @@ def train(
         for row in learned.about["figures"]
     ]
     print_table(
-        f"{learned.name} in {game}: {seeds} run{'s' * (seeds > 1)} of {steps:,} steps",
+        f"{learned.name} in {game}: {seeds} x {learned.about['steps']:,} steps",
         ("lam", "expected cost", "crash probability", "arrived"),
         rows,
         "In the environment, without exploration. Cost: mean over agents. Intervals: 95 %, over "

@@ -60,7 +60,7 @@ def test_every_method_trains_players_of_any_game(make, method: str, sharing: str
     """Nothing is special about the paper's games."""
     game = make()
     found = train_players(game, method, sharing=sharing, lam=None, steps=2048)
-    assert found.name == f"{METHODS[method][0]}-{sharing}"
+    assert found.name == f"{METHODS[method].prefix}-{sharing}"
     assert found.fits(game)
     (row,) = found.about["figures"]
     assert row["lam"] == [0.2, 0.6]
