@@ -109,6 +109,22 @@ def numbers(table: str) -> dict[str, list[float]]:
     return players
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_printed_studies_are_what_their_results_say(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the stored rows, which are beside the page; nothing is run anew."""
+    monkeypatch.chdir(tmp_path)
+    pattern = r"<!-- output of: (ppg study .*?) -->\n```text\n(.*?)```"
+    for command, shown in re.findall(pattern, page.read_text(), re.S):
+        (name,) = re.findall(r"--results (\S+)", command)
+        stored = (page.parent / name).read_bytes()
+        Path(name).write_bytes(stored)
+        lines = [line.rstrip() for line in run(command).splitlines()]
+        assert "\n".join(lines).strip("\n") == shown.strip("\n")
+        assert Path(name).read_bytes() == stored
+
+
 def test_the_check_of_printed_comparisons_bites() -> None:
     line = " nash  own state  12.19 9.14  8e-11  9.0e-02 [8.7e-02, 9.2e-02]  9.93 \u00b1 0.04 "
     assert numbers(line) == {"nash": pytest.approx([21.33, 0.269, 9.97])}

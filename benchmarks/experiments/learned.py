@@ -37,6 +37,9 @@ KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")
 RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
 """Whom a learner is compared with, pair by pair."""
 
+TIME_LIMIT = 120.0
+"""Seconds for each plan; a row says by its status if that was not enough for a proof."""
+
 SAME = 0.05
 """Costs within this share of each other count as about the same, as the paper has it."""
 
@@ -95,7 +98,8 @@ def run_cell(cell: Cell, episodes: int, seed: int) -> dict[str, Any]:
 def _plan(name: str, game: Game) -> Any:
     from solvers import best_response_dynamics, social_optimum
 
-    return best_response_dynamics(game) if name == "nash" else social_optimum(game)
+    planner = best_response_dynamics if name == "nash" else social_optimum
+    return planner(game, time_limit=TIME_LIMIT)
 
 
 def _figures(judged: Judged) -> dict[str, Any]:

@@ -49,7 +49,10 @@ def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
         for found in one["players"].values():
             assert found["success"]["value"] > 0.9
 
-    monkeypatch.setattr(learned, "run_cell", None)  # nothing may be run again
+    def run_again(*_):
+        raise AssertionError("all rows are stored")
+
+    monkeypatch.setattr(learned, "run_cell", run_again)
     again = ppg("study", "learned", *FEW, "--json").json
     assert again["rows"] == stored
     assert ppg("study", "learned", *FEW).out == done.out
