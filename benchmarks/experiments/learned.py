@@ -187,20 +187,31 @@ def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
             f"As the paper has it, about as cheap and less safe: {both} cells."
         )
         yield f"{kind.capitalize()}, by scenario and speed set: {_places(rows, kind)}."
+        yield (
+            f"{kind.capitalize()}, against the paper: costs further apart than {SAME:.0%} in "
+            f"{_named(rows, [not one for one in same])}; selfish the safer one in "
+            f"{_named(rows, safer)}."
+        )
     for name, rival in RIVALS.items():
         paired = [row["paired"][name] for row in rows]
         cheaper = sum(p["high"] < 0 for p in paired)
-        dearer = [
-            f"{row['scenario']} {row['speed']} {row['lam']:g}"
-            for row, p in zip(rows, paired, strict=True)
-            if p["low"] > 0
-        ]
+        dearer = [p["low"] > 0 for p in paired]
         yield (
             f"{name} against tracked {rival}, same noise: cheaper in {cheaper} of {len(rows)} "
-            f"cells, dearer in {len(dearer)}"
-            + (f" ({', '.join(dearer)})" if dearer else "")
-            + f", not told apart in {len(rows) - cheaper - len(dearer)}."
+            f"cells, not told apart in {len(rows) - cheaper - sum(dearer)}, dearer in "
+            f"{_named(rows, dearer)}."
         )
+
+
+def _named(rows: Sequence[dict[str, Any]], marked: Sequence[bool]) -> str:
+    """How many cells are marked, and which."""
+    names = [
+        f"{row['scenario']} {row['speed']} {row['lam']:g}"
+        for row, mark in zip(rows, marked, strict=True)
+        if mark
+    ]
+    plural = "s" if len(names) > 1 else ""
+    return f"{len(names)} cell{plural} ({', '.join(names)})" if names else "no cell"
 
 
 def _places(rows: Sequence[dict[str, Any]], kind: str) -> str:

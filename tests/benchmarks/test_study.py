@@ -85,7 +85,9 @@ def test_words_count_what_the_rows_say():
     assert "likelier in 2 cells, less likely in 1, and not told apart in 1" in said[0]
     assert "about as cheap and less safe: 1 cells" in said[0]
     assert "a l1 2/2, b l1 0/2" in said[1]
-    assert "cheaper in 3 of 4 cells, dearer in 1 (b l1 0.5)" in said[-1]
+    assert "further apart than 5% in 1 cell (a l1 0.5)" in said[2]
+    assert "the safer one in 1 cell (b l1 0.5)" in said[2]
+    assert "cheaper in 3 of 4 cells, not told apart in 0, dearer in 1 cell (b l1 0.5)" in said[-1]
 
 
 def test_stored_rows_are_not_run_again_and_others_are_kept(tmp_path):
