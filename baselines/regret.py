@@ -29,8 +29,8 @@ from ppg_env.plan import Plan
 from ppg_env.players import Player, Tracker
 from ppg_env.records import frozen_array
 from ppg_env.rules import Rules
+from solvers.clock import Clock
 from solvers.response import respond
-from solvers.search import Clock
 
 SELECTION, JUDGEMENT = 0, 1
 """Groups of episodes: in which the deviation is chosen, and in which it is judged."""
@@ -63,7 +63,7 @@ def regret_bounds(
     steps: int = 500_000,
     episodes: int = 50_000,
     seed: int = 0,
-    solver: str = "HIGHS",
+    solver: str = "ENGINE",
     time_limit: float | None = 60.0,
 ) -> dict[int, RegretBound]:
     """Lower bounds on the regret of ``agents`` (all unless given) when ``players`` play ``game``.

@@ -22,7 +22,9 @@ PlanArgument = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
-SolverOption = Annotated[str, typer.Option("--solver", help="MILP solver, by its name in cvxpy.")]
+SolverOption = Annotated[
+    str, typer.Option("--solver", help="ENGINE, or a MILP solver by its name in cvxpy.")
+]
 TimeLimitOption = Annotated[
     float | None,
     typer.Option("--time-limit", min=0.0, metavar="S", help="Seconds for each solution."),

@@ -19,7 +19,7 @@ from solvers.solution import Solution, Status
 class Limits:
     """What a player may use: a MILP solver, seconds (None: no limit), and a seed."""
 
-    solver: str = "HIGHS"
+    solver: str = "ENGINE"
     time_limit: float | None = None
     seed: int = 0
 

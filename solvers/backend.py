@@ -48,7 +48,7 @@ class Answer:
         return self.outcome in ("optimal", "incumbent")
 
 
-def check_solver(name: str) -> str:
+def check_backend(name: str) -> str:
     """The cvxpy name of a solver that can take the programs.
 
     Raises
@@ -61,13 +61,15 @@ def check_solver(name: str) -> str:
     usable = [str(solver) for solver in INSTALLED_MI_SOLVERS]
     if name.upper() not in usable:
         raise InputError(
-            "solver", f"{name!r} is not an installed MILP solver", "use one of " + ", ".join(usable)
+            "solver",
+            f"{name!r} is not an installed MILP solver",
+            "use one of " + ", ".join(["ENGINE", *usable]),
         )
     return name.upper()
 
 
 def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
-    """Solve ``problem`` with a solver that :func:`check_solver` accepted.
+    """Solve ``problem`` with a solver that :func:`check_backend` accepted.
 
     ``time_limit`` is in seconds; None is no limit.
     """

@@ -17,9 +17,10 @@ from ppg_env.errors import InputError
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
 from ppg_env.plan import Profile
-from solvers.backend import check_solver
+from solvers.clock import Clock
+from solvers.found import Found
+from solvers.minimise import ENGINE, check_solver
 from solvers.response import CHARGES, check_charge, respond
-from solvers.search import Clock, Found
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def certify(
     profile: Profile,
     *,
     charge: str = "selfish",
-    solver: str = "HIGHS",
+    solver: str = ENGINE,
     time_limit: float | None = None,
 ) -> Certificate:
     """Bound every agent's regret in ``profile``; ``time_limit`` (seconds) is for all together.

@@ -19,10 +19,11 @@ from ppg_env.evaluate import evaluate
 from ppg_env.game import Agent, Game
 from ppg_env.plan import Plan, Profile, make_profile, straight_plan
 from ppg_env.records import frozen_array
-from solvers.backend import check_solver
 from solvers.certificate import proved_bound
+from solvers.clock import Clock
+from solvers.found import Found
+from solvers.minimise import ENGINE, check_solver
 from solvers.response import explain, respond
-from solvers.search import Clock, Found
 from solvers.solution import ADVICE, Solution, Status, Update
 
 STARTS = ("straight", "sequential")
@@ -37,7 +38,7 @@ def best_response_dynamics(
     tolerance: float = tol.IMPROVEMENT,
     max_sweeps: int = 50,
     seed: int = 0,
-    solver: str = "HIGHS",
+    solver: str = ENGINE,
     time_limit: float | None = None,
     progress: Callable[[Update], None] | None = None,
 ) -> Solution:

@@ -14,23 +14,22 @@ from dataclasses import replace
 
 from ppg_env import objective
 from ppg_env.game import Game
-from solvers.backend import check_solver
 from solvers.certificate import certify
-from solvers.program import Program
+from solvers.clock import Clock
+from solvers.minimise import ENGINE, check_solver, minimise
 from solvers.response import explain
-from solvers.search import Clock, search
 from solvers.solution import Solution
 
 
 def social_optimum(
-    game: Game, *, solver: str = "HIGHS", time_limit: float | None = None
+    game: Game, *, solver: str = ENGINE, time_limit: float | None = None
 ) -> Solution:
     """The profile that minimises the sum of all shifted costs, and a proved lower bound on it."""
     return _joint(game, "social", "social_cost", objective.social(game), solver, time_limit)
 
 
 def potential_equilibrium(
-    game: Game, *, solver: str = "HIGHS", time_limit: float | None = None
+    game: Game, *, solver: str = ENGINE, time_limit: float | None = None
 ) -> Solution:
     """The Nash equilibrium that minimises the potential, certified by best responses.
 
@@ -54,7 +53,7 @@ def _joint(
     time_limit: float | None,
 ) -> Solution:
     solver, clock, everybody = check_solver(solver), Clock(time_limit), range(len(game.agents))
-    found = search(Program(game, everybody, weights), None, solver, clock)
+    found = minimise(game, everybody, weights, None, solver, clock)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,

@@ -17,8 +17,8 @@ from ppg_env.game import Game, override
 from ppg_env.plan import Plan, Profile
 from ppg_env.players import Homing, Player, Tracker, View
 from ppg_env.records import frozen_array
-from solvers.program import Program
-from solvers.search import Clock, search
+from solvers.clock import Clock
+from solvers.minimise import ENGINE, minimise
 
 
 class RecedingHorizon:
@@ -44,7 +44,7 @@ class RecedingHorizon:
         profile: Profile,
         *,
         every: int = 3,
-        solver: str = "HIGHS",
+        solver: str = ENGINE,
         time_limit: float | None = 5.0,
     ) -> None:
         require(every >= 1, "every", f"is {every}", "plan at least every step")
@@ -88,8 +88,8 @@ class RecedingHorizon:
             except InputError:  # bodies overlap already: there is nothing left to plan
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)
-            program = Program(now, (self._agent,), objective.selfish(now, self._agent))
-            found = search(program, given, self._solver, Clock(self._limit))
+            weights, clock = objective.selfish(now, self._agent), Clock(self._limit)
+            found = minimise(now, (self._agent,), weights, given, self._solver, clock)
             if found.profile is not None:
                 self._plans[copy] = (t, found.profile[self._agent])
                 return
@@ -119,7 +119,7 @@ def _stretched(plan: Plan, horizon: int) -> Plan:
 
 
 def receding_horizon(
-    game: Game, profile: Profile, *, every: int = 3, solver: str = "HIGHS"
+    game: Game, profile: Profile, *, every: int = 3, solver: str = ENGINE
 ) -> Sequence[Player]:
     """Everybody plans anew every ``every`` steps, expecting the others to keep to ``profile``."""
     return [

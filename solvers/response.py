@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from ppg_env import objective
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game
 from ppg_env.plan import Profile
-from solvers.backend import check_solver
-from solvers.program import Program
-from solvers.search import Clock, Found, search
+from solvers.clock import Clock
+from solvers.found import Found
+from solvers.minimise import ENGINE, check_solver, minimise
 from solvers.solution import ADVICE, Solution, Status
 
 CHARGES = {"selfish": objective.selfish, "pigou": objective.pigou}
@@ -23,7 +21,7 @@ def best_response(
     profile: Profile | None = None,
     *,
     charge: str = "selfish",
-    solver: str = "HIGHS",
+    solver: str = ENGINE,
     time_limit: float | None = None,
 ) -> Solution:
     """The cheapest plan of ``agent`` while all others keep theirs (MP2; MP1 if it is alone).
@@ -79,13 +77,7 @@ def respond(
             "does not have one plan per agent",
             "give everybody's plans",
         )
-    return search(_program(game, agent, charge), profile, solver, clock)
-
-
-@lru_cache(maxsize=128)
-def _program(game: Game, agent: int, charge: str) -> Program:
-    """Compiled once per agent; only parameters change from one profile to the next."""
-    return Program(game, (agent,), CHARGES[charge](game, agent))
+    return minimise(game, (agent,), CHARGES[charge](game, agent), profile, solver, clock)
 
 
 def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, str]:

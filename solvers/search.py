@@ -9,15 +9,14 @@ price and bound agree.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from time import monotonic
-
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.evaluate import Evaluation, evaluate
+from ppg_env.evaluate import evaluate
 from ppg_env.plan import Plan, Profile, make_plan
 from solvers import backend
+from solvers.clock import Clock
+from solvers.found import Found
 from solvers.program import Program
 from solvers.solution import Status
 
@@ -26,40 +25,6 @@ ROUNDS = 12
 
 POLISHES = 8
 """Most linear programs between two of them."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """Result of :func:`search`: ``profile`` is complete, the given agents' plans included."""
-
-    status: Status
-    bound: float
-    profile: Profile | None = None
-    evaluation: Evaluation | None = None
-    value: float = float("inf")
-    detail: str = ""
-
-
-class Clock:
-    """Seconds left of a limit that is shared by several solves; None never runs out."""
-
-    def __init__(self, limit: float | None) -> None:
-        self.start, self.limit = monotonic(), limit
-
-    @property
-    def spent(self) -> float:
-        """Seconds since the clock was made."""
-        return monotonic() - self.start
-
-    @property
-    def left(self) -> float | None:
-        """Seconds that remain, never negative."""
-        return None if self.limit is None else max(self.limit - self.spent, 0.0)
-
-    @property
-    def out(self) -> bool:
-        """Whether the time is up."""
-        return self.left is not None and self.left <= 0
 
 
 def search(program: Program, given: Profile | None, solver: str, clock: Clock) -> Found:

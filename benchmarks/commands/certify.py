@@ -9,7 +9,7 @@ from benchmarks.terminal import print_json, print_table, working
 def certify(
     plan: PlanArgument,
     charge: str = "selfish",
-    solver: SolverOption = "HIGHS",
+    solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
     as_json: JsonOption = False,
     seed: SeedOption = 0,

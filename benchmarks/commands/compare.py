@@ -79,7 +79,7 @@ def compare(
         str | None, typer.Option(metavar="PNG", help="Picture (default out/compare-GAME.png).")
     ] = None,
     workers: WorkersOption = 1,
-    solver: SolverOption = "HIGHS",
+    solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
@@ -92,7 +92,7 @@ def compare(
     from benchmarks.targets import own_folder, target
     from ppg_env.errors import require
     from ppg_env.make import make_game
-    from solvers.backend import check_solver
+    from solvers.minimise import check_solver
 
     known = arena is None or arena in ARENAS
     require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))

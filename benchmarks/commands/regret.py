@@ -31,7 +31,7 @@ def regret(
     episodes: Annotated[
         int, typer.Option(min=100, help="Episodes to choose a deviation in, and to judge it.")
     ] = 50_000,
-    solver: SolverOption = "HIGHS",
+    solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = 60.0,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
@@ -43,7 +43,7 @@ def regret(
     from benchmarks.report import game_name
     from ppg_env.errors import require
     from ppg_env.make import make_game
-    from solvers.backend import check_solver
+    from solvers.minimise import check_solver
 
     (name, *others), _ = chosen_players(player)
     require(not others, "--player", "has several names", "ask for one")

@@ -43,7 +43,7 @@ def solve(
     out: Annotated[
         str | None, typer.Option(metavar="PLAN", help="Write the plan to this .json file.")
     ] = None,
-    solver: SolverOption = "HIGHS",
+    solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,

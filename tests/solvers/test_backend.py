@@ -10,7 +10,7 @@ import pytest
 
 from ppg_env import InputError, evaluate, make_game, straight_plan
 from solvers import Status, best_response, best_response_dynamics, social_optimum
-from solvers.backend import check_solver, solve
+from solvers.backend import check_backend, solve
 
 TWO_AGENTS = ("opposing", "head_on", "parallel", "intersection")
 OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}
@@ -114,8 +114,8 @@ def test_at_a_time_limit_a_bound_is_a_bound_and_a_point_is_a_point(solver, limit
 @pytest.mark.parametrize("name", ["ABACUS", "CLARABEL", "", "highs!"])
 def test_a_solver_that_cannot_take_the_programs_is_refused_with_those_that_can(name):
     with pytest.raises(InputError, match="HIGHS"):
-        check_solver(name)
+        check_backend(name)
 
 
 def test_a_solvers_name_may_be_written_in_small_letters():
-    assert check_solver("highs") == "HIGHS"
+    assert check_backend("highs") == "HIGHS"

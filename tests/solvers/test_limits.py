@@ -86,7 +86,7 @@ def test_no_time_at_all_is_still_an_answer_with_a_bound():
     solution = social_optimum(game, time_limit=0.0)
     assert solution.status is Status.TIME_LIMIT
     earliest = [12, 12, 9]  # L1 distances of 117, 120 and 85 at speed 10
-    assert 0 <= solution.bound <= 0.5 * sum(earliest)
+    assert 0 <= solution.bound <= 0.5 * sum(earliest) + 1e-6  # and hardly any loss
 
 
 def test_a_limit_that_is_long_enough_changes_nothing():

@@ -1,0 +1,276 @@
+r"""One program with the movers' arrivals fixed, as a linear program whose faces are switched on.
+
+    minimise    sum_e omega_e sum_t l_et
+    subject to  r_i0 = start,  r_i,t+1 = A r_it + B u_it,  u_it in U,  r_i,T_i = goal
+                a_p' (r_it - r_jt) - b_p >= unit_etp s_et     for the chosen face p of (e, t)
+                l_et >= c(q) + c'(q) (s_et - q)               for tangent points q
+                0 <= s_et <= cap_et
+
+e runs over encounters with a mover, t over the times at which it is in traffic.  Where no face is
+chosen, nothing holds the margin below its cap: the program is a relaxation, and a bound.  What
+the reachable sets decide is left out: times at which the margin is at its cap whatever anybody
+does, and faces that cannot be reached; cap_et is the largest margin within reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ppg_env import objective
+from ppg_env import tolerances as tol
+from ppg_env.evaluate import encounter_units
+from ppg_env.game import Encounter, Game
+from ppg_env.objective import Weights
+from ppg_env.plan import Plan
+from solvers.reach import Reach, reach_of
+
+FIRST_TANGENTS = 6
+"""Tangents of each loss to begin with; more come where answers sit."""
+
+FLATTEST = 1e-8
+"""Slopes below this are dropped, as HiGHS would drop them."""
+
+INF = float("inf")
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What the reachable sets leave open of one encounter, for given arrivals.
+
+    Attributes
+    ----------
+    index : of the encounter, in ``game.encounters``.
+    times : (K,) times at which something is left to decide.
+    faces : (K, F) whether a face can be the one that counts.
+    high : (K, F) upper bounds of the clearance a_p'(r_i - r_j) - b_p.
+    cap : (K,) largest margin within reach.
+    settled : loss of all other times in traffic, which no plan changes.
+    least : lower bound on the loss of ``times``.
+    """
+
+    index: int
+    times: np.ndarray
+    faces: np.ndarray
+    high: np.ndarray
+    cap: np.ndarray
+    settled: float
+    least: float
+
+
+def meeting(
+    game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
+) -> Meeting | None:
+    """The encounter ``index`` when its movers arrive at ``arrivals`` and the others do as given.
+
+    None if the reachable sets already exclude that the bodies keep apart.
+    """
+    encounter = game.encounters[index]
+    until = game.horizon + 1
+    for i in encounter.agents:
+        last = arrivals[i] if i in arrivals else given[i].arrival
+        until = until if last is None else min(until, last)
+    low = high = np.zeros((until, len(encounter.collision.offsets)))
+    for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
+        if i in arrivals:
+            below, above = _reach(game, encounter, i).bounds(arrivals[i])
+        else:
+            below = above = given[i].means[:, : game.dim] @ encounter.collision.normals.T
+        near, far = sign * below[:until], sign * above[:until]
+        low, high = low + np.minimum(near, far), high + np.maximum(near, far)
+    low, high = low - encounter.collision.offsets, high - encounter.collision.offsets
+    units = _units(game, index)[:until]
+    cap = game.margin_cap
+    faces = high >= -tol.LENGTH
+    if not faces.any(axis=1).all():
+        return None
+    ceiling = _margin(high, units, cap)
+    floor = _margin(low, units, cap)
+    fixed = (high - low).max(axis=1, initial=0.0) <= tol.LENGTH / 10
+    open_ = (floor < cap) & ~fixed
+    settled = np.where(floor >= cap, cap, np.maximum(ceiling, 0.0))[~open_]
+    chosen = np.flatnonzero(open_)
+    return Meeting(
+        index,
+        chosen,
+        faces[chosen],
+        high[chosen],
+        np.maximum(ceiling[chosen], 0.0),
+        float(objective.loss(game, settled).sum()),
+        float(objective.loss(game, np.maximum(ceiling[chosen], 0.0)).sum()),
+    )
+
+
+def _margin(clearance: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
+    """(K,) min(cap, best face); a face without noise counts fully or not at all."""
+    certain = np.where(clearance >= -tol.LENGTH, np.inf, -np.inf)
+    scaled = np.divide(clearance, units, out=certain, where=units > 0)
+    return np.minimum(scaled.max(axis=1, initial=-np.inf), cap)
+
+
+@lru_cache(maxsize=4096)
+def _units(game: Game, index: int) -> np.ndarray:
+    return encounter_units(game, game.encounters[index])
+
+
+def _reach(game: Game, encounter: Encounter, agent: int) -> Reach:
+    normals = tuple(map(tuple, encounter.collision.normals.tolist()))
+    return reach_of(game.agents[agent], normals, game.horizon)
+
+
+@dataclass(frozen=True)
+class Face:
+    """A face p of a moment: clearance = values . x[columns] + constant, in ``unit`` per margin.
+
+    ``row`` is its row of the program, which holds once its lower limit is -``constant``; ``most``
+    the largest margin that it can give.
+    """
+
+    row: int
+    columns: np.ndarray
+    values: np.ndarray
+    constant: float
+    unit: float
+    most: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One encounter at one time that is left open: columns of its margin and its loss."""
+
+    margin: int
+    loss: int
+    cap: float
+    weight: float
+    faces: tuple[Face, ...]
+
+
+class FixedProgram:
+    """The program of the module's page for movers that arrive at ``arrivals``.
+
+    ``meetings`` holds what :func:`meeting` left open.
+
+    Attributes
+    ----------
+    controls : (T_i, m) columns of each mover's controls.
+    moments : what there is to choose.
+    """
+
+    def __init__(
+        self,
+        game: Game,
+        arrivals: Mapping[int, int],
+        meetings: Sequence[Meeting],
+        weights: Weights,
+        given: Mapping[int, Plan],
+    ) -> None:
+        self.game, self.arrivals, self.given = game, dict(arrivals), given
+        self._low: list[float] = []
+        self._high: list[float] = []
+        self._cost: list[float] = []
+        self._rows: list[tuple[list[int], list[float], float, float]] = []
+        self._means: dict[int, np.ndarray] = {}
+        self.controls: dict[int, np.ndarray] = {}
+        self.moments: list[Moment] = []
+        for i, end in self.arrivals.items():
+            self._move(i, end)
+        for one in meetings:
+            if weights.encounter[one.index] > 0:
+                self._meet(one, float(weights.encounter[one.index]))
+
+    def _columns(self, shape: Any, low: Any = -INF, high: Any = INF, cost: float = 0.0) -> Any:
+        count, first = int(np.prod(shape)), len(self._low)
+        self._low += np.broadcast_to(low, shape).ravel().tolist()
+        self._high += np.broadcast_to(high, shape).ravel().tolist()
+        self._cost += [cost] * count
+        return np.arange(first, first + count).reshape(shape)
+
+    def _fix(self, columns: np.ndarray, values: np.ndarray) -> None:
+        for column, value in zip(columns.tolist(), values.tolist(), strict=True):
+            self._low[column] = self._high[column] = value
+
+    def _move(self, i: int, end: int) -> None:
+        agent = self.game.agents[i]
+        n, m = agent.state_dim, agent.control_dim
+        low, high = -agent.control.support(-np.eye(m)), agent.control.support(np.eye(m))
+        u, r = self._columns((end, m), low, high), self._columns((end + 1, n))
+        self.controls[i], self._means[i] = u, r
+        self._fix(r[0], agent.start)
+        self._fix(r[end, : agent.goal.size], agent.goal)
+        for t in range(end):
+            for k in range(n):
+                columns = [r[t + 1, k], *r[t], *u[t]]
+                self._row(columns, [1.0, *-agent.A[k], *-agent.B[k]], 0.0, 0.0)
+            if agent.control.kind != "box":
+                faces = zip(agent.control.normals, agent.control.offsets, strict=True)
+                for normal, offset in faces:
+                    self._row(u[t], normal, -INF, float(offset))
+
+    def _row(self, columns: Any, values: Any, low: float, high: float) -> int:
+        """Add low <= values . x[columns] <= high; its number."""
+        pairs = [(int(c), float(v)) for c, v in zip(columns, values, strict=True) if v]
+        self._rows.append(([c for c, _ in pairs], [v for _, v in pairs], low, high))
+        return len(self._rows) - 1
+
+    def _meet(self, one: Meeting, weight: float) -> None:
+        units = _units(self.game, one.index)
+        count = 1 if self.game.objective == "margin" else FIRST_TANGENTS
+        for k, t in enumerate(one.times.tolist()):
+            cap = float(one.cap[k])
+            (s,), (loss,) = self._columns(1, 0.0, cap), self._columns(1, 0.0, cost=weight)
+            # Curvature is largest near 0.7: points thin out towards the cap.
+            for point in cap * np.linspace(0, 1, count) ** 1.4:
+                if line := tangent(self.game, float(point)):
+                    self._row([loss, s], [1.0, -line[0]], line[1], INF)
+            faces = tuple(
+                self._face(one, p, t, int(s), float(units[t, p]), cap, float(one.high[k, p]))
+                for p in np.flatnonzero(one.faces[k]).tolist()
+            )
+            self.moments.append(Moment(int(s), int(loss), cap, weight, faces))
+
+    def _face(
+        self, one: Meeting, p: int, t: int, margin: int, unit: float, cap: float, high: float
+    ) -> Face:
+        encounter, d = self.game.encounters[one.index], self.game.dim
+        normal = encounter.collision.normals[p]
+        columns, values, constant = [], [], -float(encounter.collision.offsets[p])
+        for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
+            if i in self.arrivals:
+                columns.append(self._means[i][t, :d])
+                values.append(sign * normal)
+            else:
+                constant += sign * float(normal @ self.given[i].means[t, :d])
+        place, along = np.concatenate(columns), np.concatenate(values)
+        row = self._row([*place, margin], [*along, -unit], -INF, INF)
+        most = cap if unit == 0 else min(cap, max(high / unit, 0.0))
+        return Face(row, place, along, constant, unit, most)
+
+    def model(self) -> Any:
+        """The program as HiGHS takes it, no face switched on."""
+        import highspy
+
+        model = highspy.HighsLp()
+        model.num_col_, model.num_row_ = len(self._low), len(self._rows)
+        model.col_cost_ = np.array(self._cost)
+        model.col_lower_, model.col_upper_ = np.array(self._low), np.array(self._high)
+        model.row_lower_ = np.array([row[2] for row in self._rows])
+        model.row_upper_ = np.array([row[3] for row in self._rows])
+        model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+        sizes = [len(row[0]) for row in self._rows]
+        model.a_matrix_.start_ = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
+        model.a_matrix_.index_ = np.array([c for row in self._rows for c in row[0]], dtype=np.int32)
+        model.a_matrix_.value_ = np.array([v for row in self._rows for v in row[1]])
+        return model
+
+
+def tangent(game: Game, point: float) -> tuple[float, float] | None:
+    """Slope and intercept of the loss's tangent at a margin; None if it is too flat to count."""
+    at = np.array(point)
+    slope = float(objective.loss_slope(game, at))
+    if abs(slope) < FLATTEST:
+        return None
+    return slope, float(objective.loss(game, at)) - slope * point
