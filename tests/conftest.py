@@ -11,7 +11,7 @@ from ppg_env import Game, make_game
 from ppg_env.make import SPEEDS
 from ppg_env.scenarios import registry
 
-SMALL = {"circle": "circle(4)"}
+SMALL = {"circle": "circle(4)", "random": "random(4)", "streams": "streams(4)"}
 """Representatives of the families whose default size is more than a test needs."""
 
 # Times say nothing on shared machines; in CI the same examples are tried every time.
