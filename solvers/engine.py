@@ -17,9 +17,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ppg_env import tolerances as tol
 from ppg_env.dynamics import earliest_arrival
+from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
 from ppg_env.objective import Weights
-from ppg_env.plan import Plan, Profile
+from ppg_env.plan import Plan, Profile, make_plan
 from solvers.branching import Task, Tree
 from solvers.clock import Clock
 from solvers.fixed import Meeting, meeting
@@ -30,12 +31,15 @@ from solvers.solution import Status
 def engine_search(
     game: Game, movers: Sequence[int], weights: Weights, given: Profile | None, clock: Clock
 ) -> Found:
-    """The cheapest plans of ``movers``, with a proved bound, while the others keep to ``given``."""
+    """The cheapest plans of ``movers``, with a proved bound, while the others keep to ``given``.
+
+    If ``given`` has sound plans of the movers too, only cheaper ones are looked for.
+    """
     task = Task(game, tuple(movers), weights, _others(game, movers, given))
     first = {i: earliest_arrival(game.agents[i], game.horizon) for i in movers}
     if any(start is None for start in first.values()):
         return Found(Status.UNREACHABLE, float("inf"))
-    best, proved = Found(Status.INFEASIBLE, float("inf")), float("inf")
+    best, proved = _incumbent(task, given), float("inf")
     for bound, arrivals, meetings in _vectors(task, {i: int(t or 0) for i, t in first.items()}):
         if bound >= best.value - tol.MIP_GAP:
             break
@@ -54,6 +58,25 @@ def _others(game: Game, movers: Sequence[int], given: Profile | None) -> dict[in
     if given is None:
         return {}
     return {i: plan for i, plan in enumerate(given) if i not in movers}
+
+
+def _incumbent(task: Task, given: Profile | None) -> Found:
+    """The plans in hand, if they are sound; their cost cuts the search short from the start."""
+    nothing = Found(Status.INFEASIBLE, float("inf"))
+    if given is None:
+        return nothing
+    # What the others do may be a prediction; the movers' plans have to be what their controls do.
+    plans = tuple(
+        make_plan(agent, plan.controls) if i in task.movers else plan
+        for i, (agent, plan) in enumerate(zip(task.game.agents, given, strict=True))
+    )
+    if any(plans[i].arrival is None for i in task.movers):
+        return nothing
+    evaluation = evaluate(task.game, plans, as_given=True)
+    if evaluation.complaints(task.movers):
+        return nothing
+    value = evaluation.weighted(task.weights)
+    return Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
 
 
 def _with(found: Found, status: Status, bound: float) -> Found:
