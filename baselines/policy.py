@@ -111,12 +111,15 @@ class LearnedPlayer:
         self._middle, self._half = (high + low) / 2, (high - low) / 2
 
     def act(self, view: View) -> np.ndarray:
-        """Actions (C, m) of the mean policy."""
-        seen = view.observation
+        """Actions (C, m) of the mean policy; zero where the agent is out of traffic."""
+        there = np.flatnonzero(view.in_traffic[:, self._agent])  # nobody else's action counts
+        seen = view.observation[there]
         if self.policy.conditioned:
-            lam = view.lam[:, self._agent, None].astype(np.float32)
+            lam = view.lam[there, self._agent, None].astype(np.float32)
             seen = np.concatenate([seen, lam], axis=1)
-        return self._middle + self._half * self.policy(seen)[:, : self._size]
+        action = np.zeros((len(view.observation), self._size))
+        action[there] = self._middle + self._half * self.policy(seen)[:, : self._size]
+        return action
 
 
 def team_players(game: Game, team: Team) -> Sequence[Player]:
