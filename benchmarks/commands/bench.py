@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
 TITLES = {
     "planning": "Times in seconds",
+    "engine": "The engine beside MILP solvers, on one core",
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
 }
 SUITES = {
     "planning": "benchmarks.timing",
+    "engine": "benchmarks.engine_rate",
     "environment": "benchmarks.rates",
     "learning": "benchmarks.training_rate",
 }

@@ -20,3 +20,11 @@ def test_training_is_measured(ppg):
     assert "steps per second" in text
     assert "share" in text
     assert all(row["value"] > 0 for row in rows)
+
+
+def test_the_engine_is_measured_beside_highs(ppg):
+    rows = ppg("bench", "engine", "--quick", "--json").json["measurements"]
+    text = " ".join(row["what"] for row in rows)
+    assert "median ms" in text
+    assert "HIGHS / engine" in text
+    assert all(row["value"] > 0 for row in rows)

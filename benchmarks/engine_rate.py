@@ -1,0 +1,80 @@
+"""The engine beside MILP solvers on the paper's formulation, in one run: times and ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks.measurement import Measurement
+from benchmarks.rates import on_one_core
+from ppg_env import objective
+from ppg_env.game import Game
+from ppg_env.make import make_game
+from ppg_env.plan import straight_plan
+from solvers.clock import Clock
+from solvers.found import Found
+from solvers.minimise import ENGINE, minimise
+from solvers.solution import Status
+
+PAIRS = ("opposing", "head_on", "parallel", "intersection")
+PATIENCE = 300.0
+"""Seconds after which a rival is stopped; its ratio is then a lower bound."""
+
+
+def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
+    """Best responses of two agents, then the social optimum of three under growing noise."""
+    with on_one_core():
+        yield from _best_responses(quick)
+        for lam in (0.5, 0.8):
+            name = "intersection" if quick else "intersection3"
+            game = make_game(name, gain=-0.5, horizon=14, margin_cap=6.0, lam=lam)
+            yield from _joint(game, f"{name}, growing noise, lam {lam:g}")
+
+
+def _best_responses(quick: bool) -> Iterator[Measurement]:
+    spent: dict[str, list[float]] = {ENGINE: [], "HIGHS": []}
+    cases = product(PAIRS[:1] if quick else PAIRS, ("box", "l1"), ("margin", "risk"), (0.0, 0.5))
+    for name, speed, kind, gain in cases:
+        game = make_game(name, speed=speed, objective=kind, gain=gain)
+        plans = [straight_plan(agent, game.horizon) for agent in game.agents]
+        straight = tuple(plan for plan in plans if plan is not None)
+        for solver, times in spent.items():
+            for _ in range(2):  # the first one compiles
+                begun = perf_counter()
+                weights = objective.selfish(game, 0)
+                minimise(game, (0,), weights, straight, solver, Clock(None))
+            times.append(perf_counter() - begun)
+    ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
+    milliseconds = 1e3 * median(spent[ENGINE])
+    yield Measurement("best response, two agents: median ms", milliseconds, 20)
+    yield Measurement("best response: longest, ms", 1e3 * max(spent[ENGINE]), 0)
+    yield Measurement("best response: HiGHS / engine, median", float(np.median(ratios)), 0)
+
+
+def _joint(game: Game, label: str) -> Iterator[Measurement]:
+    reference, seconds = _social(game, ENGINE)
+    proven = reference.status is Status.OPTIMAL
+    yield Measurement(f"social optimum ({label}): engine, s" + " (open)" * (not proven), seconds, 0)
+    for solver, wanted in (("HIGHS", 50), ("GUROBI", 4)):
+        if not _installed(solver):
+            continue
+        rival, longer = _social(game, solver)
+        cut = " (cut short: at least)" if rival.status is not Status.OPTIMAL else ""
+        yield Measurement(f"{label}: {solver} / engine{cut}", longer / seconds, wanted, True)
+
+
+def _social(game: Game, solver: str) -> tuple[Found, float]:
+    everybody, weights = range(len(game.agents)), objective.social(game)
+    begun = perf_counter()
+    found = minimise(game, everybody, weights, None, solver, Clock(PATIENCE))
+    return found, perf_counter() - begun
+
+
+def _installed(solver: str) -> bool:
+    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+
+    return solver in INSTALLED_MI_SOLVERS
