@@ -63,6 +63,8 @@ class Learned:
             and trained.obstacles == game.obstacles
             and trained.horizon == game.horizon
             and trained.crash_cost == game.crash_cost
+            # Where lam is an input it was everybody's.
+            and (self.about["lam"] is None or len({agent.lam for agent in game.agents}) == 1)
         )
         return same and all(
             _same(ours, theirs) and self._knows(theirs.lam, ours.lam)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -115,7 +116,10 @@ def contender(name: str, game: Game, limits: Limits) -> Contender:
     if name.endswith(FILE):
         from baselines.playerfile import read_learned
 
-        return Contender(name, learned=read_learned(name))
+        learned = read_learned(name)
+        if not learned.fits(game):
+            warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)
+        return Contender(name, learned=learned)
     if name in PRETRAINED:
         from baselines.pretrained import find_pretrained
 

@@ -51,6 +51,7 @@ def test_which_games_it_fits(game: Game, tmp_path: Path) -> None:
     assert not fixed.fits(make_game("intersection", speed="l1", lam=0.4))
     assert ranged.fits(make_game("intersection", speed="l1", lam=0.4))
     assert not ranged.fits(make_game("intersection", speed="l1", lam=0.7))
+    assert not ranged.fits(make_game("intersection", speed="l1", lam=[0.3, 0.4]))
     for other in (
         make_game("intersection"),
         make_game("head_on", speed="l1"),

@@ -93,6 +93,14 @@ def test_regret_is_bounded_from_below_for_planners_and_learners(ppg, learned_fil
     assert "planned" in table
 
 
+@pytest.mark.filterwarnings("default:.*another game")
+def test_players_of_another_game_play_with_a_warning(ppg, learned_file):
+    words = ["--players", learned_file, "--episodes", "50", "--json"]
+    done = ppg("compare", "head_on", *words)
+    assert done.json["rows"][0]["runs"] == 2
+    assert "another game" in done.err
+
+
 def test_a_pretrained_player_is_missing_for_other_games(ppg):
     done = ppg("compare", "circle(2)", "--players", "ppo-selfish", "--episodes", "10", code=2)
     assert "ppg train" in done.err
