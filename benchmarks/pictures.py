@@ -83,7 +83,7 @@ def _paths(axes: Axes, game: Game, row: Row) -> None:
     assert row.played is not None
     if row.played.paths is not None:
         draw_paths(axes, game, row.played.paths)
-        axes.set_title(_short(row.player).replace("\n", " "), fontsize=9)
+        axes.set_title(_short(row.player), fontsize=9)
         return
     assert row.profile is not None
     draw_profile(axes, game, row.profile)
@@ -97,18 +97,23 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
         times = np.array([row.played.arrival[i] for row in rows if row.played])
         heights = np.where(np.isfinite(times), times, 0.0)  # nobody arrived: no bar
         axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
-    axes.set_xticks(range(len(rows)), [_short(row.player) for row in rows], fontsize=_size(rows))
+    axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("arrival (steps)")
     if 1 < count <= LEGEND_AGENTS:
         axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
-    """Log scale; an arrow from the upper limit down where no crash was seen."""
-    estimates = [row.played.crash_any for row in rows if row.played is not None]
-    for k, estimate in enumerate(estimates):
+    """Log scale, intervals over runs where there are several; an arrow from the upper limit down
+    where no crash was seen.
+    """
+    played = [row.played for row in rows if row.played is not None]
+    estimates = [one.crash_any for one in played]
+    for k, (one, estimate) in enumerate(zip(played, estimates, strict=True)):
         if estimate.hits:
-            error = np.array([[estimate.value - estimate.low], [estimate.high - estimate.value]])
+            limits = one.over_runs["crash_probability"] if one.over_runs else estimate
+            low = max(limits.low, estimate.value / 100)  # zero is nowhere on a log scale
+            error = np.array([[estimate.value - low], [limits.high - estimate.value]])
             axes.errorbar(k, estimate.value, yerr=error, fmt="o", color="black", capsize=5)
             label, height = f"{estimate.value:.1e}", estimate.value
         else:
@@ -120,18 +125,18 @@ def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
     lowest = min(estimate.low or 0.3 * estimate.high for estimate in estimates)
     axes.set_ylim(lowest / 3, 2.0)
     axes.set_xlim(-0.5, len(rows) - 0.3)
-    axes.set_xticks(range(len(rows)), [_short(row.player) for row in rows], fontsize=_size(rows))
+    axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("Pr(anybody crashes)")
     axes.grid(axis="y", alpha=0.3)
 
 
 def _short(player: str) -> str:
-    """A player's name, in two lines if it is long; of a file, its name without the folder."""
-    return player.rsplit("/", 1)[-1].removesuffix(".npz").replace("-", "-\n", 1)
+    """A player's name; of a file, its name without the folder."""
+    return player.rsplit("/", 1)[-1].removesuffix(".npz")
 
 
-def _size(rows: Sequence[Row]) -> int:
-    return 9 if len(rows) <= PANELS else 7
+def _ticks(rows: Sequence[Row]) -> list[str]:
+    return [_short(row.player).replace("-", "-\n", 1) for row in rows]
 
 
 def _closest(game: Game, profile: Profile) -> str:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 from typing import Annotated
 
 import typer
 
 from benchmarks.options import JsonOption, SeedOption
-from benchmarks.terminal import bar, print_json, print_table
+from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
 STUDIES = ("learned",)
 
@@ -91,7 +92,7 @@ def study(
             lines = learned.table(rows, speed)
             print_table(f"speed set {speed}", learned.COLUMNS, lines, NOTE)
         for sentence in said:
-            typer.echo(f"- {sentence}")
+            typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
         from benchmarks.experiments.learned_picture import draw
 
