@@ -80,7 +80,7 @@ def test_the_bound_is_the_plans_risk_bound_and_simulation_stays_below(ppg, plan_
 
 
 def test_simulation_depends_on_the_seed_and_not_on_the_workers(ppg, plan_file):
-    words = ["risk", plan_file, "--episodes", "30000", "--json"]
+    words = ["risk", plan_file, "--episodes", "300000", "--json"]
     one = timeless(ppg(*words, "--seed", "1").json)
     assert timeless(ppg(*words, "--seed", "1").json) == one
     assert timeless(ppg(*words, "--seed", "1", "--workers", "2").json) == one

@@ -60,7 +60,7 @@ def judge(game: Game, controls: list[np.ndarray]) -> Judgement:
         for j in range(i + 1, count):
             faces = faces_of_sum(game.agents[j].shape.vertices, -one.shape.vertices)
             for t in steps:
-                apart = means[i][t][:2] - means[j][t][:2]
+                apart = means[i][t][: game.dim] - means[j][t][: game.dim]
                 spread = spreads[i][t] + spreads[j][t]
                 traffic = t < end[i] and t < end[j]
                 margin = margin_of(game, faces, apart, spread) if traffic else cap
@@ -69,7 +69,11 @@ def judge(game: Game, controls: list[np.ndarray]) -> Judgement:
             faces = faces_of_sum(obstacle.vertices, -one.shape.vertices)
             for t in steps:
                 traffic = t < end[i]
-                margin = margin_of(game, faces, means[i][t][:2], spreads[i][t]) if traffic else cap
+                margin = (
+                    margin_of(game, faces, means[i][t][: game.dim], spreads[i][t])
+                    if traffic
+                    else cap
+                )
                 count_in(margin, [i], traffic)
 
     cost, shifted = [], []
@@ -86,23 +90,35 @@ def spread_over_time(agent: Agent, horizon: int) -> list[np.ndarray]:
     loop = agent.A - agent.B @ agent.gain
     for _ in range(horizon):
         spread.append(loop @ spread[-1] @ loop.T + agent.noise)
-    return [matrix[:2, :2] for matrix in spread]
+    return [matrix[: agent.dim, : agent.dim] for matrix in spread]
 
 
 def faces_of_sum(one: np.ndarray, other: np.ndarray) -> list[Face]:
-    """Faces of the Minkowski sum of two convex polygons: the edges of either, pushed outwards."""
-    faces = []
-    for polygon in (one, other):
-        for a in polygon:
-            for b in polygon:
-                edge = b - a
-                length = sqrt(edge @ edge)
-                if length > 0:
-                    normal = np.array([edge[1], -edge[0]]) / length
-                    if max(normal @ (c - a) for c in polygon) <= 1e-9:  # all on the inner side
-                        reach = max(normal @ c for c in one) + max(normal @ c for c in other)
-                        faces.append((normal, float(reach)))
-    return faces
+    """Faces of the Minkowski sum of two convex bodies in the plane or in space.
+
+    A face is normal to d - 1 differences of corners, and the corners that are farthest along its
+    normal, of both bodies, differ in d - 1 independent directions.
+    """
+    d = one.shape[1]
+    edges = [b - a for body in (one, other) for a in body for b in body if (a != b).any()]
+    if d == 2:
+        normals = [np.array([edge[1], -edge[0]]) for edge in edges]
+    else:
+        normals = [np.cross(a, b) for a in edges for b in edges]
+    faces: dict[tuple[float, ...], Face] = {}
+    for normal in normals:
+        length = sqrt(normal @ normal)
+        if length < 1e-9:
+            continue
+        unit, reach, along = normal / length, 0.0, [np.zeros(d)]
+        for body in (one, other):
+            far = max(unit @ c for c in body)
+            reach += float(far)
+            touching = [c for c in body if unit @ c >= far - 1e-9]
+            along += [c - touching[0] for c in touching]
+        if np.linalg.matrix_rank(np.array(along), tol=1e-9) == d - 1:
+            faces[tuple(unit.round(9) + 0.0)] = (unit, reach)
+    return list(faces.values())
 
 
 def margin_of(game: Game, faces: list[Face], apart: np.ndarray, spread: np.ndarray) -> float:
