@@ -51,14 +51,16 @@ def _best_responses(quick: bool) -> Iterator[Measurement]:
     ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
     milliseconds = 1e3 * median(spent[ENGINE])
     yield Measurement("best response, two agents: median ms", milliseconds, 20)
-    yield Measurement("best response: longest, ms", 1e3 * max(spent[ENGINE]), 0)
-    yield Measurement("best response: HiGHS / engine, median", float(np.median(ratios)), 0)
+    yield Measurement("best response: longest, ms", 1e3 * max(spent[ENGINE]), 0, True)
+    yield Measurement("best response: HiGHS / engine, median", float(np.median(ratios)), 0, True)
 
 
 def _joint(game: Game, label: str) -> Iterator[Measurement]:
     reference, seconds = _social(game, ENGINE)
     proven = reference.status is Status.OPTIMAL
-    yield Measurement(f"social optimum ({label}): engine, s" + " (open)" * (not proven), seconds, 0)
+    yield Measurement(
+        f"social optimum ({label}): engine, s" + " (open)" * (not proven), seconds, 0, True
+    )
     for solver, wanted in (("HIGHS", 50), ("GUROBI", 4)):
         if not _installed(solver):
             continue

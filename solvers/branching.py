@@ -84,6 +84,7 @@ class Tree:
             self._lp.setOptionValue(name, value)
         self._lp.passModel(self._program.model())
         self._on: dict[int, int] = {}
+        self._faces = _Faces(self._program.moments)
 
     def search(self) -> bool:
         """Search the tree; whether it was finished before the time was up."""
@@ -107,8 +108,9 @@ class Tree:
             if branch is None:
                 self.proved = min(self.proved, value)
                 continue
-            children = self._children(branch, value, point)
-            stack += [((*choice, (branch, face)), least) for face, least in children]
+            k, margins = branch
+            children = self._children(k, margins, value, point)
+            stack += [((*choice, (k, face)), least) for face, least in children]
         return True
 
     @property
@@ -166,29 +168,36 @@ class Tree:
     def _loss(self, margin: float) -> float:
         return float(objective.loss(self._task.game, np.array(margin)))
 
-    def _branch(self, value: float, point: np.ndarray) -> int | None:
-        """The moment to decide next; None if the point's true cost is the program's value."""
-        gaps = {}
-        for k, moment in enumerate(self._program.moments):
-            if k not in self._on:
-                margin = min(max(_margins(moment, point)), moment.cap)
-                loss = self._loss(margin) if margin >= 0 else INF
-                gaps[k] = moment.weight * (loss - float(point[moment.loss]))
-        error = sum(max(gap, 0.0) for gap in gaps.values())
+    def _branch(self, value: float, point: np.ndarray) -> tuple[int, np.ndarray] | None:
+        """The moment to decide next, and what its faces give; None if the point costs ``value``."""
+        if not self._program.moments:
+            self._price(point)
+            return None
+        margins = self._faces.margins(point)
+        best = np.minimum(np.maximum.reduceat(margins, self._faces.first), self._faces.caps)
+        losses = objective.loss(self._task.game, np.maximum(best, 0.0))
+        losses = np.where(best >= 0, losses, INF) - point[self._faces.losses]
+        gaps = self._faces.weights * losses
+        gaps[list(self._on)] = 0.0
+        error = float(np.maximum(gaps, 0.0).sum())
         if value + error < self.best.value:
             self._price(point)
         if error <= tol.REFINEMENT / 2:
             return None
-        return max(gaps, key=gaps.__getitem__)
+        k = int(gaps.argmax())
+        first = self._faces.first[k]
+        return k, margins[first : first + len(self._program.moments[k].faces)]
 
-    def _children(self, k: int, value: float, point: np.ndarray) -> list[tuple[int, float]]:
+    def _children(
+        self, k: int, margins: np.ndarray, value: float, point: np.ndarray
+    ) -> list[tuple[int, float]]:
         """Faces of moment k with bounds of the children's values, the likeliest last."""
         moment = self._program.moments[k]
-        margins, free = _margins(moment, point), float(point[moment.loss])
+        free = float(point[moment.loss])
         # The program let this moment's loss be as small as it may; a face makes it dearer.
         return [
             (p, value + moment.weight * max(self._loss(moment.faces[p].most) - free, 0.0))
-            for p in sorted(range(len(margins)), key=margins.__getitem__)
+            for p in margins.argsort(kind="stable").tolist()
         ]
 
     def _price(self, point: np.ndarray) -> None:
@@ -210,16 +219,37 @@ class Tree:
             self.best = Found(Status.FEASIBLE, -INF, tuple(plans), evaluation, value)
 
 
-def _margins(moment: Moment, point: np.ndarray) -> list[float]:
-    """The margin that each face gives the means of ``point``."""
-    found = []
-    for face in moment.faces:
-        clear = float(face.values @ point[face.columns]) + face.constant
-        if face.unit > 0:
-            found.append(clear / face.unit)
-        else:  # a face without noise counts fully or not at all
-            found.append(INF if clear >= -tol.LENGTH else -INF)
-    return found
+class _Faces:
+    """All faces of all moments side by side, to price a point at once.
+
+    Attributes
+    ----------
+    first : (K,) where each moment's faces begin.
+    caps, weights, losses : (K,) of the moments; ``losses`` are columns.
+    """
+
+    def __init__(self, moments: Sequence[Moment]) -> None:
+        faces = [face for moment in moments for face in moment.faces]
+        ends = np.cumsum([len(moment.faces) for moment in moments], dtype=int)
+        self.first = ends - [len(moment.faces) for moment in moments]
+        self.caps = np.array([moment.cap for moment in moments])
+        self.weights = np.array([moment.weight for moment in moments])
+        self.losses = np.array([moment.loss for moment in moments], dtype=int)
+        width = max((len(face.columns) for face in faces), default=0)
+        self._columns = np.zeros((len(faces), width), dtype=int)
+        self._values = np.zeros((len(faces), width))
+        for k, face in enumerate(faces):
+            self._columns[k, : len(face.columns)] = face.columns
+            self._values[k, : len(face.values)] = face.values
+        self._constants = np.array([face.constant for face in faces])
+        self._units = np.array([face.unit for face in faces])
+
+    def margins(self, point: np.ndarray) -> np.ndarray:
+        """The margin that each face gives the means of ``point``."""
+        clear = (self._values * point[self._columns]).sum(axis=1) + self._constants
+        # A face without noise counts fully or not at all.
+        certain = np.where(clear >= -tol.LENGTH, np.inf, -np.inf)
+        return np.divide(clear, self._units, out=certain, where=self._units > 0)
 
 
 OPTIONS: dict[str, Any] = {
