@@ -11,7 +11,7 @@ from torch import nn
 from baselines.bridge import GameVecEnv
 from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
-from baselines.turns import Args, Learner
+from baselines.turns import Args, Learner, one_thread
 from ppg_env.rules import Rules
 
 COPIES = 256
@@ -26,6 +26,7 @@ GAE_LAMBDA = 0.9
 """Less than the usual 0.95: crashes are rare and dear, and their noise reaches back less far."""
 
 
+@one_thread()
 def make_learner(
     args: Args, learners: Sequence[int] | None = None, *, copies: int = COPIES
 ) -> Learner:

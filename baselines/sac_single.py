@@ -11,7 +11,7 @@ from stable_baselines3 import SAC
 from baselines.bridge import GameVecEnv
 from baselines.export import export_policy
 from baselines.policy import Policy, Team
-from baselines.turns import Args, Learner, Progress, in_pieces, take_turns
+from baselines.turns import Args, Learner, Progress, in_pieces, one_thread, take_turns
 from ppg_env.errors import require
 from ppg_env.rules import Rules
 
@@ -26,6 +26,7 @@ ROLLOUT = 100
 """Steps of all copies that count as one rollout, between which checkpoints may be written."""
 
 
+@one_thread()
 def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int = 0) -> Team:
     """Train the policy of one agent, the ``learner``; everybody else flies straight."""
     count = len(args.game.agents)

@@ -86,8 +86,9 @@ def train_players(
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
+    for needed in (folder, tensorboard):
+        if needed is not None:
+            _make_folder(needed)
     with _progress_of(jobs, progress) as (run, tell):
         runs = tuple(run(partial(_train, method, tell), each))
     about: dict[str, Any] = {
@@ -128,6 +129,15 @@ def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> li
             }
         )
     return rows
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            str(path), f"cannot be a folder ({error.strerror})", "choose another place"
+        ) from None
 
 
 def require_extra() -> None:

@@ -61,8 +61,9 @@ class Args:
     tensorboard: Path | None = None
 
     def __post_init__(self) -> None:
-        require(self.steps >= 1, "steps", f"is {self.steps}", "train for at least one step")
-        require(self.seed >= 0, "seed", f"is {self.seed}", "give a number that is not negative")
+        many = 10**12
+        require(1 <= self.steps <= many, "steps", f"is {self.steps}", f"write 1 to {many}")
+        require(0 <= self.seed < 2**32, "seed", f"is {self.seed}", f"write 0 to {2**32 - 1}")
         require(
             self.checkpoint_every >= 1,
             "checkpoint_every",
@@ -121,7 +122,7 @@ def take_turns(
     totals = [sum(t.rollouts for t in turns if t.learner == k) for k in range(len(learners))]
     for learner, total in zip(learners, totals, strict=True):
         _anneal(learner.model, total * learner.rollout)
-    with _repeatable():
+    with one_thread():
         mark = fingerprint(args, turns)
         first = _restore(args.checkpoint, mark, learners)
         if first == 0:
@@ -205,7 +206,7 @@ def _seed(seed: int, turn: int, learners: Sequence[Learner]) -> None:
 
 
 @contextmanager
-def _repeatable() -> Iterator[None]:
+def one_thread() -> Iterator[None]:
     """One thread, so that sums are taken in one order; small networks are no slower for it."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

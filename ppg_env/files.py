@@ -54,6 +54,7 @@ def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> Non
         f"does not end in {suffix}",
         f"name a {suffix} file, the only kind that is written",
     )
+    require(not Path(path).is_dir(), str(path), "is a folder", f"name a {suffix} file to write")
     folder = Path(path).parent
     require(
         folder == ours or folder.is_dir(),

@@ -88,8 +88,8 @@ def regret(
         for i, bound in found.items()
     ]
     print_table(
-        f"{name} in {game_name(made)}: regret is at least",
-        ("agent", "deviation", "regret >=", *(f"gain {key}" for key in KINDS)),
+        f"{name} in {game_name(made)}: regret, estimated from below",
+        ("agent", "deviation", "regret from", *(f"gain {key}" for key in KINDS)),
         rows,
         f"In the agent's expected cost; the others play on as they are. {episodes:,} episodes, "
         "95 % intervals. A deviation that gains nothing is not made.",

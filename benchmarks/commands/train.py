@@ -76,7 +76,7 @@ def train(
     made = make_game(game, **overrides)
     path = target(f"{game}-{METHODS[method].prefix}-{sharing}", ".npz", out)
     kept = Path(f"{path}.checkpoints")
-    if kept.is_dir():
+    if any(kept.glob("*.pt")):
         typer.echo(f"going on from the checkpoints in {kept}", err=True)
     total = (steps or METHODS[method].steps) * seeds
     with bar(f"training in {game}", total) as advance:

@@ -105,9 +105,15 @@ def _plan(name: str, game: Game) -> Any:
 def _figures(judged: Judged) -> dict[str, Any]:
     return {
         "cost": vars(over_runs(judged.costs, 0.0)),
-        "crash": vars(over_runs(judged.crashes, 0.0, 1.0)),
+        "crash": vars(_crash(judged)),
         "success": vars(over_runs(judged.successes, 0.0, 1.0)),
     }
+
+
+def _crash(judged: Judged) -> Interval:
+    """Over the groups; where no crash was seen, up to the 97.5 % limit of all episodes."""
+    found, seen = over_runs(judged.crashes, 0.0, 1.0), judged.summary.crash_any
+    return found if seen.hits else Interval(0.0, 0.0, seen.high)
 
 
 def _price(selfish: Judged, social: Judged) -> dict[str, Any]:
