@@ -86,7 +86,7 @@ def train_players(
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
-    for needed in (folder, tensorboard):
+    for needed in (tensorboard, folder):  # the second is ours, and comes last
         if needed is not None:
             _make_folder(needed)
     with _progress_of(jobs, progress) as (run, tell):
