@@ -1,4 +1,4 @@
-"""Time limits."""
+"""Limits on time and on work."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from time import monotonic
 
 
 class Clock:
-    """Seconds left of a limit that is shared by several solves; None never runs out."""
+    """What is left of limits that several solves share; None never runs out.
 
-    def __init__(self, limit: float | None) -> None:
+    Seconds depend on the machine.  Nodes, the linear programs of the engine, do not: with a limit
+    on nodes alone the same call gives the same answer everywhere.
+    """
+
+    def __init__(self, limit: float | None, nodes: int | None = None) -> None:
         self.start, self.limit = monotonic(), limit
+        self.nodes, self.used = nodes, 0
 
     @property
     def spent(self) -> float:
@@ -23,5 +28,10 @@ class Clock:
 
     @property
     def out(self) -> bool:
-        """Whether the time is up."""
-        return self.left is not None and self.left <= 0
+        """Whether the time is up, or the work done."""
+        late = self.left is not None and self.left <= 0
+        return late or (self.nodes is not None and self.used >= self.nodes)
+
+    def tick(self) -> None:
+        """Count one linear program."""
+        self.used += 1

@@ -5,15 +5,21 @@ what is left is small (:mod:`solvers.fixed`).  Vectors are taken in the order of
 
     L(T) = sum_i tau_i T_i + sum_e omega_e (least loss that the reachable sets allow),
 
-and the search ends when the next bound reaches the best plans in hand.  For each vector a tree is
-searched (:mod:`solvers.branching`).  The smallest of all bounds is the proof: it holds whenever
+which is replaced by the value of the linear relaxation, lemmas included, once a vector comes up.
+The search ends when the next bound reaches the best plans in hand.  For each vector left a tree
+is searched (:mod:`solvers.branching`).  The smallest of all bounds is the proof: it holds whenever
 the search is stopped, since what was not finished counts with what is known of it.
+
+Of vectors that a symmetry of the game maps to each other, one is enough.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import count
+
+import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.dynamics import earliest_arrival
@@ -21,11 +27,16 @@ from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
 from ppg_env.objective import Weights
 from ppg_env.plan import Plan, Profile, make_plan
-from solvers.branching import Task, Tree
+from solvers.branching import Tree
 from solvers.clock import Clock
-from solvers.fixed import Meeting, meeting
+from solvers.fixed import FixedProgram, Task, meeting
 from solvers.found import Found
+from solvers.lemmas import Advice, Lemmas, concerned
 from solvers.solution import Status
+from solvers.symmetry import Symmetry, identity, symmetries
+
+MOST_AWAKE = 200
+"""Trees that keep their linear programs; the others are built anew when their turn comes."""
 
 
 def engine_search(
@@ -39,19 +50,105 @@ def engine_search(
     first = {i: earliest_arrival(game.agents[i], game.horizon) for i in movers}
     if any(start is None for start in first.values()):
         return Found(Status.UNREACHABLE, float("inf"))
-    best, proved = _incumbent(task, given), float("inf")
-    for bound, arrivals, meetings in _vectors(task, {i: int(t or 0) for i, t in first.items()}):
-        if bound >= best.value - tol.MIP_GAP:
-            break
-        tree = Tree(task, arrivals, meetings, best, clock)
-        finished = not clock.out and tree.search()
-        best, proved = tree.best, min(proved, max(bound, tree.proved) if finished else bound)
-        if not finished:
-            status = Status.TIME_LIMIT if best.profile is None else Status.FEASIBLE
-            return _with(best, status, proved)
-    if best.profile is None:
-        return Found(Status.INFEASIBLE, float("inf"))
-    return _with(best, Status.OPTIMAL, min(proved, best.value))
+    search = _Search(task, _incumbent(task, given), clock)
+    return search.run({i: int(t or 0) for i, t in first.items()})
+
+
+class _Search:
+    """One search: the best plans so far, and what the vectors that were dealt with proved."""
+
+    def __init__(self, task: Task, best: Found, clock: Clock) -> None:
+        everybody = set(task.movers) == set(range(len(task.game.agents)))
+        self._symmetries: list[Symmetry] = (
+            symmetries(task.game, task.weights) if everybody else [identity(task.game)]
+        )
+        self._task, self.best, self._clock = task, best, clock
+        self._lemmas = Lemmas(task, self._symmetries, clock)
+        self._awake: dict[int, Tree] = {}
+
+    def run(self, first: Mapping[int, int]) -> Found:
+        """Search all vectors from the earliest arrivals ``first`` on."""
+        proved, vectors = float("inf"), _Vectors(self._task, first)
+        while (vector := vectors.pop(self.best.value - tol.MIP_GAP)) is not None:
+            bound, arrivals, tree = vector
+            if not self._original(arrivals):
+                continue
+            if self._clock.out:
+                return self._stopped(min(proved, bound))
+            tree = tree or self._tree(arrivals)
+            if tree.behind:
+                tree.look()
+            elif not tree.search(self.best.value, until=vectors.least):
+                return self._stopped(min(proved, tree.bound, vectors.least))
+            if tree.finished:
+                proved = min(proved, tree.bound)
+            else:
+                vectors.push(max(bound, tree.bound), arrivals, tree)
+                self._spare(tree)
+        if self.best.profile is None:
+            return Found(Status.INFEASIBLE, float("inf"))
+        return self._found(Status.OPTIMAL, min(proved, self.best.value))
+
+    def _spare(self, tree: Tree) -> None:
+        """Keep the programs of the trees that were seen last, and let the others rest."""
+        self._awake.pop(id(tree), None)
+        self._awake[id(tree)] = tree
+        if len(self._awake) > MOST_AWAKE:
+            self._awake.pop(next(iter(self._awake))).rest()
+
+    def _stopped(self, bound: float) -> Found:
+        status = Status.TIME_LIMIT if self.best.profile is None else Status.FEASIBLE
+        return self._found(status, min(bound, self.best.value))
+
+    def _original(self, arrivals: Mapping[int, int]) -> bool:
+        """Whether the vector stands for its orbit."""
+        if len(self._symmetries) == 1:
+            return True
+        images = [one.moved(arrivals) for one in self._symmetries]
+        return images[0] == min(images)
+
+    def _tree(self, arrivals: Mapping[int, int]) -> Tree:
+        task = self._task
+        found = [meeting(task.game, e, arrivals, task.given) for e in concerned(task)]
+        meetings = [one for one in found if one is not None]
+        spent = float(sum(task.weights.time[i] * t for i, t in arrivals.items()))
+        images = [one.moved(arrivals) for one in self._symmetries]
+        return Tree(
+            lambda: FixedProgram(task, arrivals, meetings),
+            spent,
+            self.best.value,
+            self._clock,
+            self._price,
+            Advice(self._lemmas, arrivals),
+            [
+                one
+                for one, image in zip(self._symmetries, images, strict=True)
+                if image == images[0]
+            ],
+        )
+
+    def _price(self, program: FixedProgram, point: np.ndarray, estimate: float) -> float:
+        """Price a point's plans by the evaluator, and keep them if they are sound and cheaper."""
+        task, plans = self._task, []
+        for i, agent in enumerate(task.game.agents):
+            if i not in program.controls:
+                plans.append(task.given[i])
+                continue
+            controls = np.zeros((task.game.horizon, agent.control_dim))
+            controls[: program.arrivals[i]] = point[program.controls[i]]
+            plans.append(make_plan(agent, controls))
+        # Given plans may be predictions; the movers' were made from their controls just now.
+        evaluation = evaluate(task.game, tuple(plans), as_given=True)
+        if evaluation.complaints(task.movers):
+            return float("inf")
+        value = evaluation.weighted(task.weights)
+        if value < self.best.value:
+            self.best = Found(Status.FEASIBLE, float("-inf"), tuple(plans), evaluation, value)
+        return value
+
+    def _found(self, status: Status, bound: float) -> Found:
+        best = self.best
+        return Found(status, bound, best.profile, best.evaluation, best.value)
 
 
 def _others(game: Game, movers: Sequence[int], given: Profile | None) -> dict[int, Plan]:
@@ -79,42 +176,48 @@ def _incumbent(task: Task, given: Profile | None) -> Found:
     return Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
 
 
-def _with(found: Found, status: Status, bound: float) -> Found:
-    return Found(status, bound, found.profile, found.evaluation, found.value)
-
-
-def _vectors(
-    task: Task, first: Mapping[int, int]
-) -> Iterator[tuple[float, dict[int, int], list[Meeting]]]:
+class _Vectors:
     """Arrival vectors that the reachable sets allow, cheapest bound first.
 
     A vector waits with the cost of its time, which is quickly known, until it comes up; only
     then are its meetings looked at, and its successors, which cost no less, let in: those one
     step later in the coordinate that was raised last, or in one after it.
     """
-    game, movers = task.game, task.movers
-    concerned = [
-        e for e, encounter in enumerate(game.encounters) if set(encounter.agents) & set(movers)
-    ]
 
-    def waiting(times: tuple[int, ...], raised: int) -> tuple[float, tuple[int, ...], int, None]:
-        spent = sum(task.weights.time[i] * t for i, t in zip(movers, times, strict=True))
-        return float(spent), times, raised, None
+    def __init__(self, task: Task, first: Mapping[int, int]) -> None:
+        self._task, self._concerned, self._order = task, concerned(task), count()
+        self._queue: list[tuple[float, int, tuple[int, ...], int | None, Tree | None]] = []
+        self._wait(tuple(first[i] for i in task.movers), 0)
 
-    queue: list[tuple[float, tuple[int, ...], int, list[Meeting] | None]]
-    queue = [waiting(tuple(first[i] for i in movers), 0)]
-    while queue:
-        bound, times, raised, meetings = heapq.heappop(queue)
-        arrivals = dict(zip(movers, times, strict=True))
-        if meetings is not None:
-            yield bound, arrivals, meetings
-            continue
-        for k in range(raised, len(times)):
-            if times[k] < game.horizon:
-                later = (*times[:k], times[k] + 1, *times[k + 1 :])
-                heapq.heappush(queue, waiting(later, k))
-        found = [meeting(game, e, arrivals, task.given) for e in concerned]
-        known = [one for one in found if one is not None]
-        if len(known) == len(found):
-            losses = sum(task.weights.encounter[m.index] * (m.settled + m.least) for m in known)
-            heapq.heappush(queue, (bound + float(losses), times, -1, known))
+    @property
+    def least(self) -> float:
+        """Lower bound on whatever is still to come."""
+        return self._queue[0][0] if self._queue else float("inf")
+
+    def push(self, bound: float, arrivals: Mapping[int, int], tree: Tree | None) -> None:
+        """Let a vector wait with a bound, and with the tree that was begun."""
+        times = tuple(arrivals[i] for i in self._task.movers)
+        heapq.heappush(self._queue, (bound, next(self._order), times, None, tree))
+
+    def pop(self, below: float) -> tuple[float, dict[int, int], Tree | None] | None:
+        """The next vector with its bound and tree; None if none is left below a cost."""
+        task = self._task
+        while self._queue and self.least < below:
+            bound, _, times, raised, tree = heapq.heappop(self._queue)
+            arrivals = dict(zip(task.movers, times, strict=True))
+            if raised is None:
+                return bound, arrivals, tree
+            for k in range(raised, len(times)):
+                if times[k] < task.game.horizon:
+                    self._wait((*times[:k], times[k] + 1, *times[k + 1 :]), k)
+            found = [meeting(task.game, e, arrivals, task.given) for e in self._concerned]
+            known = [one for one in found if one is not None]
+            if len(known) == len(found):
+                losses = sum(task.weights.encounter[m.index] * (m.settled + m.least) for m in known)
+                self.push(bound + float(losses), arrivals, None)
+        return None
+
+    def _wait(self, times: tuple[int, ...], raised: int) -> None:
+        spent = zip(self._task.movers, times, strict=True)
+        bound = float(sum(self._task.weights.time[i] * t for i, t in spent))
+        heapq.heappush(self._queue, (bound, next(self._order), times, raised, None))

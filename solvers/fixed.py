@@ -39,6 +39,16 @@ INF = float("inf")
 
 
 @dataclass(frozen=True)
+class Task:
+    """One search: who moves, for what, and what the others do."""
+
+    game: Game
+    movers: tuple[int, ...]
+    weights: Weights
+    given: Mapping[int, Plan]
+
+
+@dataclass(frozen=True)
 class Meeting:
     """What the reachable sets leave open of one encounter, for given arrivals.
 
@@ -124,27 +134,30 @@ def _reach(game: Game, encounter: Encounter, agent: int) -> Reach:
 
 @dataclass(frozen=True)
 class Face:
-    """A face p of a moment: clearance = values . x[columns] + constant, in ``unit`` per margin.
+    """A face of a moment, ``index`` p of its collision set.
 
-    ``row`` is its row of the program, which holds once its lower limit is -``constant``; ``most``
-    the largest margin that it can give.
+    Its clearance is values . x[columns] + constant, in ``unit`` per margin; ``least`` is the
+    smallest loss that it allows.
     """
 
-    row: int
+    index: int
     columns: np.ndarray
     values: np.ndarray
     constant: float
     unit: float
-    most: float
+    least: float
 
 
 @dataclass(frozen=True)
 class Moment:
-    """One encounter at one time that is left open: columns of its margin and its loss."""
+    """One encounter at one time that is left open: columns of its margin, if any, and its loss."""
 
-    margin: int
+    encounter: int
+    time: int
+    margin: int | None
     loss: int
     cap: float
+    lowest: float
     weight: float
     faces: tuple[Face, ...]
 
@@ -152,35 +165,36 @@ class Moment:
 class FixedProgram:
     """The program of the module's page for movers that arrive at ``arrivals``.
 
-    ``meetings`` holds what :func:`meeting` left open.
+    ``meetings`` holds what :func:`meeting` left open, of all encounters or of a part of them.
 
     Attributes
     ----------
     controls : (T_i, m) columns of each mover's controls.
     moments : what there is to choose.
+    settled : weighted loss of each encounter of ``meetings`` that no plan changes.
     """
 
     def __init__(
-        self,
-        game: Game,
-        arrivals: Mapping[int, int],
-        meetings: Sequence[Meeting],
-        weights: Weights,
-        given: Mapping[int, Plan],
+        self, task: Task, arrivals: Mapping[int, int], meetings: Sequence[Meeting]
     ) -> None:
-        self.game, self.arrivals, self.given = game, dict(arrivals), given
+        self.task, self.game, self.given = task, task.game, task.given
+        self.arrivals = dict(arrivals)
+        self.settled: dict[int, float] = {}
         self._low: list[float] = []
         self._high: list[float] = []
         self._cost: list[float] = []
         self._rows: list[tuple[list[int], list[float], float, float]] = []
         self._means: dict[int, np.ndarray] = {}
+        self._made: dict[tuple[int, int], tuple[float, np.ndarray, np.ndarray]] = {}
         self.controls: dict[int, np.ndarray] = {}
         self.moments: list[Moment] = []
         for i, end in self.arrivals.items():
             self._move(i, end)
         for one in meetings:
-            if weights.encounter[one.index] > 0:
-                self._meet(one, float(weights.encounter[one.index]))
+            weight = float(task.weights.encounter[one.index])
+            if weight > 0:
+                self.settled[one.index] = weight * one.settled
+                self._meet(one, weight)
 
     def _columns(self, shape: Any, low: Any = -INF, high: Any = INF, cost: float = 0.0) -> Any:
         count, first = int(np.prod(shape)), len(self._low)
@@ -210,33 +224,42 @@ class FixedProgram:
                 for normal, offset in faces:
                     self._row(u[t], normal, -INF, float(offset))
 
-    def _row(self, columns: Any, values: Any, low: float, high: float) -> int:
-        """Add low <= values . x[columns] <= high; its number."""
+    def _row(self, columns: Any, values: Any, low: float, high: float) -> None:
+        """Add low <= values . x[columns] <= high."""
         pairs = [(int(c), float(v)) for c, v in zip(columns, values, strict=True) if v]
         self._rows.append(([c for c, _ in pairs], [v for _, v in pairs], low, high))
-        return len(self._rows) - 1
 
     def _meet(self, one: Meeting, weight: float) -> None:
         units = _units(self.game, one.index)
-        count = 1 if self.game.objective == "margin" else FIRST_TANGENTS
         for k, t in enumerate(one.times.tolist()):
             cap = float(one.cap[k])
-            (s,), (loss,) = self._columns(1, 0.0, cap), self._columns(1, 0.0, cost=weight)
-            # Curvature is largest near 0.7: points thin out towards the cap.
-            for point in cap * np.linspace(0, 1, count) ** 1.4:
-                if line := tangent(self.game, float(point)):
-                    self._row([loss, s], [1.0, -line[0]], line[1], INF)
+            margin, loss = self._loss(cap, weight)
             faces = tuple(
-                self._face(one, p, t, int(s), float(units[t, p]), cap, float(one.high[k, p]))
+                self._face(one, k, p, float(units[t, p]))
                 for p in np.flatnonzero(one.faces[k]).tolist()
             )
-            self.moments.append(Moment(int(s), int(loss), cap, weight, faces))
+            lowest = self._low[loss]
+            self.moments.append(Moment(one.index, t, margin, loss, cap, lowest, weight, faces))
 
-    def _face(
-        self, one: Meeting, p: int, t: int, margin: int, unit: float, cap: float, high: float
-    ) -> Face:
+    def _loss(self, cap: float, weight: float) -> tuple[int | None, int]:
+        """Columns of a margin up to ``cap`` and of its loss.
+
+        Where the loss is M' - s, its column is all that there is to know of s.
+        """
+        if self.game.objective == "margin":
+            most = self.game.margin_cap
+            return None, int(self._columns(1, most - cap, most, cost=weight)[0])
+        lowest = float(objective.loss(self.game, np.array(cap)))
+        (margin,), (loss,) = self._columns(1, 0.0, cap), self._columns(1, lowest, cost=weight)
+        # Curvature is largest near 0.7: points thin out towards the cap.
+        for point in cap * np.linspace(0, 1, FIRST_TANGENTS, endpoint=False) ** 1.4:
+            if line := tangent(self.game, float(point)):
+                self._row([loss, margin], [1.0, -line[0]], line[1], INF)
+        return int(margin), int(loss)
+
+    def _face(self, one: Meeting, k: int, p: int, unit: float) -> Face:
         encounter, d = self.game.encounters[one.index], self.game.dim
-        normal = encounter.collision.normals[p]
+        normal, t = encounter.collision.normals[p], int(one.times[k])
         columns, values, constant = [], [], -float(encounter.collision.offsets[p])
         for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
             if i in self.arrivals:
@@ -245,12 +268,35 @@ class FixedProgram:
             else:
                 constant += sign * float(normal @ self.given[i].means[t, :d])
         place, along = np.concatenate(columns), np.concatenate(values)
-        row = self._row([*place, margin], [*along, -unit], -INF, INF)
-        most = cap if unit == 0 else min(cap, max(high / unit, 0.0))
-        return Face(row, place, along, constant, unit, most)
+        cap = float(one.cap[k])
+        most = cap if unit == 0 else min(cap, max(float(one.high[k, p]) / unit, 0.0))
+        least = float(objective.loss(self.game, np.array(most)))
+        return Face(p, place, along, constant, unit, least)
+
+    def named(self, moment: int, face: int) -> tuple[int, int, int]:
+        """Encounter, time and index of a face, whatever is left out around it."""
+        one = self.moments[moment]
+        return one.encounter, one.time, one.faces[face].index
+
+    def row(self, moment: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
+        """Lower limit, columns and values of the row that makes a face hold."""
+        if (moment, face) not in self._made:
+            self._made[moment, face] = self._face_row(moment, face)
+        return self._made[moment, face]
+
+    def _face_row(self, moment: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
+        one = self.moments[moment]
+        chosen = one.faces[face]
+        if one.margin is None:  # s = M' - loss
+            limit = chosen.unit * self.game.margin_cap - chosen.constant
+            column, value = one.loss, chosen.unit
+        else:
+            limit, column, value = -chosen.constant, one.margin, -chosen.unit
+        columns = np.append(chosen.columns, column).astype(np.int32)
+        return limit, columns, np.append(chosen.values, value)
 
     def model(self) -> Any:
-        """The program as HiGHS takes it, no face switched on."""
+        """The program as HiGHS takes it, without faces."""
         import highspy
 
         model = highspy.HighsLp()
