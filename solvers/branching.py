@@ -255,12 +255,7 @@ class Tree:
         for _ in range(REFINEMENTS):
             self._solved += 1
             self._clock.tick()
-            self._lp.run()
-            status = self._lp.getModelStatus()
-            if status not in (self._optimal, self._infeasible):
-                self._lp.clearSolver()  # once more, from scratch
-                self._lp.run()
-                status = self._lp.getModelStatus()
+            status = self._run()
             if status == self._infeasible:
                 return INF, np.zeros(0)
             if status != self._optimal:
@@ -270,6 +265,19 @@ class Tree:
             if value >= self._cutoff or not self._refine(point):
                 break
         return value, point
+
+    def _run(self) -> Any:
+        """Solve the program as it is; from scratch and with the dual simplex if need be."""
+        self._lp.run()
+        status = self._lp.getModelStatus()
+        if status in (self._optimal, self._infeasible):
+            return status
+        # The primal simplex method sometimes cannot tell that there is no solution.
+        self._lp.clearSolver()
+        self._lp.setOptionValue("simplex_strategy", 1)
+        self._lp.run()
+        self._lp.setOptionValue("simplex_strategy", OPTIONS["simplex_strategy"])
+        return self._lp.getModelStatus()
 
     def _refine(self, point: np.ndarray) -> bool:
         """Add tangents at the margins of chosen faces; whether any was missing."""
@@ -304,8 +312,8 @@ class Tree:
         if error <= tol.REFINEMENT / 2:
             return None
         # Where bodies overlap, the slightest overlap says most clearly on which side to pass.
-        overlap = np.isinf(gaps)
-        k = int(np.where(overlap, best, -INF).argmax() if overlap.any() else gaps.argmax())
+        overlap = np.flatnonzero(np.isinf(gaps))
+        k = int(overlap[best[overlap].argmax()] if len(overlap) else gaps.argmax())
         return k, margins[faces.first[k] : faces.first[k] + len(self._program.moments[k].faces)]
 
     def _children(
