@@ -38,8 +38,12 @@ class Record:
             return NotImplemented
         return self._identity == other._identity
 
-    def __hash__(self) -> int:
+    @cached_property
+    def _hash(self) -> int:
         return hash(self._identity)
+
+    def __hash__(self) -> int:
+        return self._hash
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: copies are validated and their arrays read-only again.

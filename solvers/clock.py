@@ -32,6 +32,20 @@ class Clock:
         late = self.left is not None and self.left <= 0
         return late or (self.nodes is not None and self.used >= self.nodes)
 
+    def share(self, nodes: int | None) -> Clock:
+        """A clock for one of several solves: as much time as is left, and so many nodes of its own.
+
+        What it uses is not counted here until :meth:`take`.
+        """
+        if self.nodes is not None:
+            rest = max(self.nodes - self.used, 0)
+            nodes = rest if nodes is None else min(nodes, rest)
+        return Clock(self.left, nodes)
+
+    def take(self, share: Clock) -> None:
+        """Count what a share has used."""
+        self.used += share.used
+
     def tick(self) -> None:
         """Count one linear program."""
         self.used += 1

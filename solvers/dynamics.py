@@ -3,6 +3,10 @@ r"""Best-response dynamics: one agent at a time plans anew until nobody gains.
 With the exact potential Phi, every accepted update lowers Phi by at least
 ``tolerance / (1 - lam_i)``, so updates in turn end at an equilibrium; simultaneous updates may
 cycle, which is detected.
+
+Proofs are dear and early ones are soon out of date, so responses begin with little effort, and
+more is spent once nobody gains by it.  A proof stays valid while only such plans change as the
+reachable sets show to be out of the agent's way; it is then not made again.
 """
 
 from __future__ import annotations
@@ -21,12 +25,20 @@ from ppg_env.plan import Plan, Profile, make_profile, straight_plan
 from ppg_env.records import frozen_array
 from solvers.certificate import proved_bound
 from solvers.clock import Clock
+from solvers.fixed import matters
 from solvers.found import Found
 from solvers.minimise import ENGINE, check_solver
+from solvers.polish import polish
 from solvers.response import explain, respond
 from solvers.solution import ADVICE, Solution, Status, Update
 
 STARTS = ("straight", "sequential")
+FIRST_EFFORT, LAST_EFFORT = 3000, 100_000
+"""Linear programs for one response: in the first sweeps, and at most before there is no limit."""
+
+POLISH_AFTER = 3
+"""Sweeps after which plans are polished in between: by then only details are left."""
+
 ORDERS = ("cyclic", "random", "simultaneous")
 
 
@@ -88,31 +100,82 @@ class _Dynamics:
         self.solver, self.clock, self.progress = solver, clock, progress
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
+        self.costs = np.full(len(game.agents), np.inf)
         self.bounds = np.full(len(game.agents), -np.inf)
 
     def run(self, start: str | Profile, max_sweeps: int) -> Solution:
         profile, pending = _start(self.game, start)
         seen = {profile}
-        status = Status.LIMIT
+        status, effort = Status.LIMIT, FIRST_EFFORT
         for sweep in range(1, max_sweeps + 1):
             before, self.changed = profile, False
             for agents in self._turns():
                 found = {}
                 for i in agents:
-                    found[i] = respond(self.game, i, profile, "selfish", self.solver, self.clock)
+                    if i not in pending and self._proved(i, profile):
+                        continue
+                    found[i] = self._respond(i, profile, effort)
                     if found[i].profile is None:
                         return self._failed(profile, pending, i, found[i])
                 profile = self._adopt(sweep, profile, found, pending)
                 pending -= set(agents)
             if not self.changed:
-                return self._settled(profile)
-            if profile in seen and profile != before:
+                if effort is None or all(self._proved(i, profile) for i in range(len(profile))):
+                    return self._settled(profile)
+                effort = effort * 8 if effort < LAST_EFFORT else None
+            elif profile in seen and profile != before:
                 status = Status.CYCLE
                 break
+            elif sweep >= POLISH_AFTER and self.order != "simultaneous":
+                profile = self._polished(profile)
             seen.add(profile)
             if self.clock.out:
                 break
         return self._finished(profile, status)
+
+    def _polished(self, profile: Profile) -> Profile:
+        """Slow steps in one direction taken at once; they lower the potential as responses do."""
+        if not evaluate(self.game, profile).feasible:
+            return profile
+        after = polish(self.game, profile, objective.potential(self.game), self.clock)
+        for j, plan in enumerate(after):
+            if plan is not profile[j] and plan != profile[j]:
+                self.bounds[j] = -np.inf
+                self._forget(j, profile[j], plan)
+        return after
+
+    def _respond(self, i: int, profile: Profile, effort: int | None) -> Found:
+        """A response with at most ``effort`` linear programs, and more if it takes as many to
+        find the first plan."""
+        while True:
+            share = self.clock.share(effort)
+            found = respond(self.game, i, profile, "selfish", self.solver, share)
+            self.clock.take(share)
+            if found.status is not Status.TIME_LIMIT or effort is None or self.clock.out:
+                return found
+            effort *= 8
+
+    def _proved(self, i: int, profile: Profile) -> bool:
+        """Whether agent i is known to gain nothing in ``profile``, by an answer that still holds."""
+        return bool(self.costs[i] - self.bounds[i] <= self.tolerance)
+
+    def _forget(self, j: int, before: Plan, after: Plan) -> None:
+        """Drop the proofs that a change of j's plan may have made void."""
+        for e, encounter in enumerate(self.game.encounters):
+            if j not in encounter.agents or len(encounter.agents) < 2:
+                continue
+            i = next(k for k in encounter.agents if k != j)
+            if np.isfinite(self.bounds[i]) and any(
+                matters(self.game, e, i, plan, self._latest(i)) for plan in (before, after)
+            ):
+                self.bounds[i] = -np.inf
+
+    def _latest(self, i: int) -> int:
+        """The last arrival at which agent i might gain: time alone costs more from then on."""
+        lam = self.game.agents[i].lam
+        if lam <= 0:
+            return self.game.horizon
+        return int(min(self.game.horizon, np.floor(self.costs[i] / lam + tol.LENGTH)))
 
     def _turns(self) -> list[tuple[int, ...]]:
         """Who moves together, in turn: singletons, or everybody at once."""
@@ -129,8 +192,10 @@ class _Dynamics:
         self, sweep: int, profile: Profile, found: dict[int, Found], pending: set[int]
     ) -> Profile:
         """Replace the plans of those who gain; note costs, bounds and potential."""
+        if not found:
+            return profile
         now = evaluate(self.game, profile, as_given=True)
-        plans, updates = list(profile), []
+        plans, costs = list(profile), dict[int, tuple[float, float]]()
         for i, answer in found.items():
             usable = i not in pending and not now.complaints((i,))
             before = now.weighted(objective.selfish(self.game, i)) if usable else float("inf")
@@ -139,13 +204,18 @@ class _Dynamics:
                 assert answer.profile is not None
                 plans[i] = answer.profile[i]
                 self.changed = True
-            updates.append((i, before, answer.value if gains else before))
-            self.bounds[i] = proved_bound(self.game, i, min(before, answer.value), answer)
+            costs[i] = (before, answer.value if gains else before)
         after = tuple(plans)
         judged = evaluate(self.game, after, as_given=True)
+        for i, answer in found.items():
+            self.costs[i] = costs[i][1]
+            self.bounds[i] = proved_bound(self.game, i, min(costs[i][1], answer.value), answer)
+        for i in found:
+            if plans[i] is not profile[i]:
+                self._forget(i, profile[i], plans[i])
         whole = judged.feasible and not pending - set(found)
         potential = judged.potential if whole else float("inf")
-        for i, cost_before, cost_after in updates:
+        for i, (cost_before, cost_after) in costs.items():
             self.trace.append(Update(sweep, i, cost_before, cost_after, potential))
             if self.progress is not None:
                 self.progress(self.trace[-1])

@@ -29,7 +29,7 @@ from ppg_env.objective import Weights
 from ppg_env.plan import Plan, Profile, make_plan
 from solvers.branching import Tree
 from solvers.clock import Clock
-from solvers.fixed import FixedProgram, Task, meeting
+from solvers.fixed import FixedProgram, Task, meetings
 from solvers.found import Found
 from solvers.lemmas import Advice, Lemmas, concerned
 from solvers.solution import Status
@@ -109,12 +109,11 @@ class _Search:
 
     def _tree(self, arrivals: Mapping[int, int]) -> Tree:
         task = self._task
-        found = [meeting(task.game, e, arrivals, task.given) for e in concerned(task)]
-        meetings = [one for one in found if one is not None]
+        known = meetings(task, concerned(task), arrivals) or []
         spent = float(sum(task.weights.time[i] * t for i, t in arrivals.items()))
         images = [one.moved(arrivals) for one in self._symmetries]
         return Tree(
-            lambda: FixedProgram(task, arrivals, meetings),
+            lambda: FixedProgram(task, arrivals, known),
             spent,
             self.best.value,
             self._clock,
@@ -129,21 +128,14 @@ class _Search:
 
     def _price(self, program: FixedProgram, point: np.ndarray, estimate: float) -> float:
         """Price a point's plans by the evaluator, and keep them if they are sound and cheaper."""
-        task, plans = self._task, []
-        for i, agent in enumerate(task.game.agents):
-            if i not in program.controls:
-                plans.append(task.given[i])
-                continue
-            controls = np.zeros((task.game.horizon, agent.control_dim))
-            controls[: program.arrivals[i]] = point[program.controls[i]]
-            plans.append(make_plan(agent, controls))
+        task, plans = self._task, program.plans(point)
         # Given plans may be predictions; the movers' were made from their controls just now.
-        evaluation = evaluate(task.game, tuple(plans), as_given=True)
+        evaluation = evaluate(task.game, plans, as_given=True)
         if evaluation.complaints(task.movers):
             return float("inf")
         value = evaluation.weighted(task.weights)
         if value < self.best.value:
-            self.best = Found(Status.FEASIBLE, float("-inf"), tuple(plans), evaluation, value)
+            self.best = Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
         return value
 
     def _found(self, status: Status, bound: float) -> Found:
@@ -210,9 +202,8 @@ class _Vectors:
             for k in range(raised, len(times)):
                 if times[k] < task.game.horizon:
                     self._wait((*times[:k], times[k] + 1, *times[k + 1 :]), k)
-            found = [meeting(task.game, e, arrivals, task.given) for e in self._concerned]
-            known = [one for one in found if one is not None]
-            if len(known) == len(found):
+            known = meetings(task, self._concerned, arrivals)
+            if known is not None:
                 losses = sum(task.weights.encounter[m.index] * (m.settled + m.least) for m in known)
                 self.push(bound + float(losses), arrivals, None)
         return None

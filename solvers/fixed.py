@@ -14,7 +14,7 @@ does, and faces that cannot be reached; cap_et is the largest margin within reac
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -26,7 +26,7 @@ from ppg_env import tolerances as tol
 from ppg_env.evaluate import encounter_units
 from ppg_env.game import Encounter, Game
 from ppg_env.objective import Weights
-from ppg_env.plan import Plan
+from ppg_env.plan import Plan, Profile, make_plan
 from solvers.reach import Reach, reach_of
 
 FIRST_TANGENTS = 6
@@ -72,6 +72,15 @@ class Meeting:
     least: float
 
 
+def meetings(
+    task: Task, encounters: Iterable[int], arrivals: Mapping[int, int]
+) -> list[Meeting] | None:
+    """:func:`meeting` of several encounters; None if one of them is excluded."""
+    found = [meeting(task.game, e, arrivals, task.given) for e in encounters]
+    known = [one for one in found if one is not None]
+    return known if len(known) == len(found) else None
+
+
 def meeting(
     game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
 ) -> Meeting | None:
@@ -113,6 +122,28 @@ def meeting(
         float(objective.loss(game, settled).sum()),
         float(objective.loss(game, np.maximum(ceiling[chosen], 0.0)).sum()),
     )
+
+
+def matters(game: Game, index: int, mover: int, other: Plan, latest: int) -> bool:
+    """Whether any plan of ``mover`` that arrives by ``latest`` can come near ``other``'s plan.
+
+    If not, the margin of their encounter is at its cap whatever the mover does.
+    """
+    encounter = game.encounters[index]
+    there = game.horizon if other.arrival is None else other.arrival
+    until = min(latest, there)
+    if until <= 0:
+        return False
+    below, above = _anywhere(game, index, mover, latest)
+    means = other.means[:until, : game.dim] @ encounter.collision.normals.T
+    low = below[:until] - means if mover == encounter.agents[0] else means - above[:until]
+    floor = _margin(low - encounter.collision.offsets, _units(game, index)[:until], game.margin_cap)
+    return bool((floor < game.margin_cap).any())
+
+
+@lru_cache(maxsize=4096)
+def _anywhere(game: Game, index: int, mover: int, latest: int) -> tuple[np.ndarray, np.ndarray]:
+    return _reach(game, game.encounters[index], mover).anywhere(latest)
 
 
 def _margin(clearance: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
@@ -277,6 +308,33 @@ class FixedProgram:
         """Encounter, time and index of a face, whatever is left out around it."""
         one = self.moments[moment]
         return one.encounter, one.time, one.faces[face].index
+
+    def choice(self, means: Sequence[np.ndarray]) -> tuple[tuple[int, int], ...]:
+        """(moment, face) of the face that counts at each moment, for ``means`` of all agents."""
+        chosen = []
+        for k, one in enumerate(self.moments):
+            encounter = self.game.encounters[one.encounter]
+            where = [means[i][one.time, : self.game.dim] for i in encounter.agents]
+            clear = encounter.collision.normals @ encounter.displacement(*where)
+            clear -= encounter.collision.offsets
+            margins = [
+                clear[face.index] / face.unit if face.unit > 0 else clear[face.index]
+                for face in one.faces
+            ]
+            chosen.append((k, int(np.argmax(margins))))
+        return tuple(chosen)
+
+    def plans(self, point: np.ndarray) -> Profile:
+        """Everybody's plans: the movers' from a solution of the program, the others' as given."""
+        plans = []
+        for i, agent in enumerate(self.game.agents):
+            if i not in self.controls:
+                plans.append(self.given[i])
+                continue
+            controls = np.zeros((self.game.horizon, agent.control_dim))
+            controls[: self.arrivals[i]] = point[self.controls[i]]
+            plans.append(make_plan(agent, controls))
+        return tuple(plans)
 
     def row(self, moment: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
         """Lower limit, columns and values of the row that makes a face hold."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from solvers.branching import Lemma, Tree
 from solvers.clock import Clock
-from solvers.fixed import INF, FixedProgram, Task, meeting
+from solvers.fixed import INF, FixedProgram, Task, meetings
 from solvers.symmetry import Symmetry
 
 PATIENCE = 500
@@ -66,13 +66,12 @@ class Lemmas:
         )
 
     def _solved(self, part: Part, arrivals: dict[int, int]) -> float:
-        found = [meeting(self._task.game, e, arrivals, self._task.given) for e in part]
-        meetings = [one for one in found if one is not None]
-        if len(meetings) < len(found):
+        known = meetings(self._task, part, arrivals)
+        if known is None:
             return INF
 
         def make() -> FixedProgram:
-            return FixedProgram(self._task, arrivals, meetings)
+            return FixedProgram(self._task, arrivals, known)
 
         used = self._clock.used
         tree = Tree(make, 0.0, INF, self._clock, _estimate)

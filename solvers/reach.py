@@ -38,6 +38,16 @@ class Reach:
             upper = np.minimum(upper, self._backward[arrival:0:-1])
         return -upper[:, self._count :], upper[:, : self._count]
 
+    def anywhere(self, latest: int) -> tuple[np.ndarray, np.ndarray]:
+        """(latest, F) lowest and highest a.r_t over all arrivals up to ``latest``."""
+        low = np.full((latest, self._count), np.inf)
+        high = -low
+        for arrival in range(1, latest + 1):
+            below, above = self.bounds(arrival)
+            low[:arrival] = np.minimum(low[:arrival], below)
+            high[:arrival] = np.maximum(high[:arrival], above)
+        return low, high
+
 
 def _backward(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray | None:
     """(H+1, F) largest a.r over states from which the goal can be reached in k = 0..H steps."""
