@@ -7,6 +7,8 @@ reach       max a.xbar_t = a.A^t x_0 + sum_k h_U(B' (A^{t-k-1})' a),   h_U the s
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ppg_env.game import Agent
@@ -21,13 +23,15 @@ def rollout(agent: Agent, controls: np.ndarray) -> np.ndarray:
     return means
 
 
+@lru_cache(maxsize=1024)
 def covariances(agent: Agent, horizon: int) -> np.ndarray:
-    """(H+1, n, n) covariances of the closed loop's state; they do not depend on the plan."""
+    """(H+1, n, n) covariances of the closed loop's state, read-only: no plan changes them."""
     loop = agent.closed_loop
     result = np.empty((horizon + 1, agent.state_dim, agent.state_dim))
     result[0] = agent.sigma0
     for t in range(horizon):
         result[t + 1] = loop @ result[t] @ loop.T + agent.noise
+    result.setflags(write=False)
     return result
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -200,10 +201,16 @@ def encounter_deviations(game: Game, encounter: Encounter) -> np.ndarray:
     return np.sqrt(np.maximum(np.einsum("fi,tij,fj->tf", normals, total, normals), 0.0))
 
 
+@lru_cache(maxsize=8192)
 def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
-    """(H+1, F) length of one unit of margin: sqrt(2) sigma_p(t), or sigma_p(t) on paper scale."""
+    """(H+1, F) length of one unit of margin: sqrt(2) sigma_p(t), or sigma_p(t) on paper scale.
+
+    Read-only: no plan changes it.
+    """
     unit = encounter_deviations(game, encounter) * (np.sqrt(2) if game.scale == "exact" else 1.0)
-    return np.where(unit > tol.DEVIATION, unit, 0.0)
+    unit = np.where(unit > tol.DEVIATION, unit, 0.0)
+    unit.setflags(write=False)
+    return unit
 
 
 def profile_margins(game: Game, profile: Profile) -> np.ndarray:

@@ -29,12 +29,15 @@ from solvers.fixed import matters
 from solvers.found import Found
 from solvers.minimise import ENGINE, check_solver
 from solvers.polish import polish
-from solvers.response import explain, respond
+from solvers.response import CHARGES, check_charge, explain, respond
 from solvers.solution import ADVICE, Solution, Status, Update
 
 STARTS = ("straight", "sequential")
-FIRST_EFFORT, LAST_EFFORT = 3000, 100_000
+FIRST_EFFORT, LAST_EFFORT = 1000, 100_000
 """Linear programs for one response: in the first sweeps, and at most before there is no limit."""
+
+FEW = 5
+"""Up to so many agents the first profile is straight flight."""
 
 POLISH_AFTER = 3
 """Sweeps after which plans are polished in between: by then only details are left."""
@@ -45,8 +48,9 @@ ORDERS = ("cyclic", "random", "simultaneous")
 def best_response_dynamics(
     game: Game,
     *,
-    start: str | Profile = "straight",
+    start: str | Profile | None = None,
     order: str | Sequence[int] = "cyclic",
+    charge: str = "selfish",
     tolerance: float = tol.IMPROVEMENT,
     max_sweeps: int = 50,
     seed: int = 0,
@@ -60,10 +64,14 @@ def best_response_dynamics(
     ----------
     start
         ``straight`` (everybody heads for its goal as if alone), ``sequential`` (each joins those
-        before it in the order), or a profile.
+        before it in the order), or a profile; unless given, straight up to five agents and
+        sequential beyond, where straight lines all cross at once.
     order
         ``cyclic``, ``random`` (a new permutation each sweep, from ``seed``), ``simultaneous``
         (all respond to the same profile), or a permutation of the agents.
+    charge
+        ``selfish``; or ``pigou``, where everybody also pays for the harm done to others, so that
+        every update lowers the social cost.  Regret is about what they pay.
     tolerance
         An agent keeps its plan unless it gains more than this.
     max_sweeps, time_limit
@@ -78,8 +86,9 @@ def best_response_dynamics(
         ``regret`` is certified by the last responses' bounds; ``trace`` has every update.
     """
     check_order(game, order)
+    check_charge(charge)
     return _Dynamics(
-        game, order, tolerance, check_solver(solver), Clock(time_limit), seed, progress
+        game, order, charge, tolerance, check_solver(solver), Clock(time_limit), seed, progress
     ).run(start, max_sweeps)
 
 
@@ -90,29 +99,31 @@ class _Dynamics:
         self,
         game: Game,
         order: str | Sequence[int],
+        charge: str,
         tolerance: float,
         solver: str,
         clock: Clock,
         seed: int,
         progress: Callable[[Update], None] | None,
     ) -> None:
-        self.game, self.order, self.tolerance = game, order, tolerance
+        self.game, self.order, self.charge, self.tolerance = game, order, charge, tolerance
         self.solver, self.clock, self.progress = solver, clock, progress
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
         self.costs = np.full(len(game.agents), np.inf)
         self.bounds = np.full(len(game.agents), -np.inf)
 
-    def run(self, start: str | Profile, max_sweeps: int) -> Solution:
+    def run(self, start: str | Profile | None, max_sweeps: int) -> Solution:
         profile, pending = _start(self.game, start)
         seen = {profile}
-        status, effort = Status.LIMIT, FIRST_EFFORT
+        status = Status.LIMIT
+        effort: int | None = FIRST_EFFORT
         for sweep in range(1, max_sweeps + 1):
             before, self.changed = profile, False
             for agents in self._turns():
                 found = {}
                 for i in agents:
-                    if i not in pending and self._proved(i, profile):
+                    if i not in pending and self._proved(i):
                         continue
                     found[i] = self._respond(i, profile, effort)
                     if found[i].profile is None:
@@ -120,7 +131,7 @@ class _Dynamics:
                 profile = self._adopt(sweep, profile, found, pending)
                 pending -= set(agents)
             if not self.changed:
-                if effort is None or all(self._proved(i, profile) for i in range(len(profile))):
+                if effort is None or all(self._proved(i) for i in range(len(profile))):
                     return self._settled(profile)
                 effort = effort * 8 if effort < LAST_EFFORT else None
             elif profile in seen and profile != before:
@@ -137,7 +148,8 @@ class _Dynamics:
         """Slow steps in one direction taken at once; they lower the potential as responses do."""
         if not evaluate(self.game, profile).feasible:
             return profile
-        after = polish(self.game, profile, objective.potential(self.game), self.clock)
+        falling = {"selfish": objective.potential, "pigou": objective.social}[self.charge]
+        after = polish(self.game, profile, falling(self.game), self.clock)
         for j, plan in enumerate(after):
             if plan is not profile[j] and plan != profile[j]:
                 self.bounds[j] = -np.inf
@@ -145,18 +157,17 @@ class _Dynamics:
         return after
 
     def _respond(self, i: int, profile: Profile, effort: int | None) -> Found:
-        """A response with at most ``effort`` linear programs, and more if it takes as many to
-        find the first plan."""
+        """A response to ``effort`` linear programs; more if it takes as many to find a plan."""
         while True:
             share = self.clock.share(effort)
-            found = respond(self.game, i, profile, "selfish", self.solver, share)
+            found = respond(self.game, i, profile, self.charge, self.solver, share)
             self.clock.take(share)
             if found.status is not Status.TIME_LIMIT or effort is None or self.clock.out:
                 return found
             effort *= 8
 
-    def _proved(self, i: int, profile: Profile) -> bool:
-        """Whether agent i is known to gain nothing in ``profile``, by an answer that still holds."""
+    def _proved(self, i: int) -> bool:
+        """Whether an answer that still holds says that agent i has nothing to gain."""
         return bool(self.costs[i] - self.bounds[i] <= self.tolerance)
 
     def _forget(self, j: int, before: Plan, after: Plan) -> None:
@@ -198,7 +209,7 @@ class _Dynamics:
         plans, costs = list(profile), dict[int, tuple[float, float]]()
         for i, answer in found.items():
             usable = i not in pending and not now.complaints((i,))
-            before = now.weighted(objective.selfish(self.game, i)) if usable else float("inf")
+            before = now.weighted(CHARGES[self.charge](self.game, i)) if usable else float("inf")
             gains = before - answer.value > self.tolerance
             if gains:
                 assert answer.profile is not None
@@ -246,7 +257,9 @@ class _Dynamics:
         solution = self._finished(profile, Status.EQUILIBRIUM)
         if solution.evaluation is None:
             return solution
-        regret = np.maximum(solution.evaluation.shifted_cost - self.bounds, 0.0)
+        charges = [CHARGES[self.charge](self.game, i) for i in range(len(profile))]
+        costs = np.array([solution.evaluation.weighted(weights) for weights in charges])
+        regret = np.maximum(costs - self.bounds, 0.0)
         if regret.max() > tol.EQUILIBRIUM:
             solution = replace(solution, status=Status.LIMIT, advice=ADVICE[Status.LIMIT])
         return replace(solution, regret=regret)
@@ -266,8 +279,10 @@ class _Dynamics:
         )
 
 
-def _start(game: Game, start: str | Profile) -> tuple[Profile, set[int]]:
+def _start(game: Game, start: str | Profile | None) -> tuple[Profile, set[int]]:
     """The first profile, and the agents in it that have no plan yet and are out of the way."""
+    if start is None:
+        start = "straight" if len(game.agents) <= FEW else "sequential"
     if not isinstance(start, str):
         require(
             len(start) == len(game.agents),
@@ -283,12 +298,12 @@ def _start(game: Game, start: str | Profile) -> tuple[Profile, set[int]]:
         plan = straight_plan(agent, game.horizon) if start == "straight" else None
         if plan is None:
             pending.add(i)
-            plan = _absent(agent, game.horizon)
+            plan = absent(agent, game.horizon)
         plans.append(plan)
     return tuple(plans), pending
 
 
-def _absent(agent: Agent, horizon: int) -> Plan:
+def absent(agent: Agent, horizon: int) -> Plan:
     """A stand-in that is never in traffic, for an agent that has not planned yet."""
     means = np.tile(agent.start, (horizon + 1, 1))
     return Plan(frozen_array(np.zeros((horizon, agent.control_dim))), frozen_array(means), 0)

@@ -16,7 +16,7 @@ Of vectors that a symmetry of the game maps to each other, one is enough.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 
 import numpy as np
@@ -40,24 +40,33 @@ MOST_AWAKE = 200
 
 
 def engine_search(
-    game: Game, movers: Sequence[int], weights: Weights, given: Profile | None, clock: Clock
+    game: Game,
+    movers: Sequence[int],
+    weights: Weights,
+    given: Profile | None,
+    clock: Clock,
+    tell: Callable[[str, float], None] = lambda what, value: None,
 ) -> Found:
     """The cheapest plans of ``movers``, with a proved bound, while the others keep to ``given``.
 
-    If ``given`` has sound plans of the movers too, only cheaper ones are looked for.
+    If ``given`` has sound plans of the movers too, only cheaper ones are looked for.  ``tell`` is
+    called with every better ``value`` and ``bound``.
     """
     task = Task(game, tuple(movers), weights, _others(game, movers, given))
     first = {i: earliest_arrival(game.agents[i], game.horizon) for i in movers}
     if any(start is None for start in first.values()):
         return Found(Status.UNREACHABLE, float("inf"))
-    search = _Search(task, _incumbent(task, given), clock)
+    search = _Search(task, _incumbent(task, given), clock, tell)
     return search.run({i: int(t or 0) for i, t in first.items()})
 
 
 class _Search:
     """One search: the best plans so far, and what the vectors that were dealt with proved."""
 
-    def __init__(self, task: Task, best: Found, clock: Clock) -> None:
+    def __init__(
+        self, task: Task, best: Found, clock: Clock, tell: Callable[[str, float], None]
+    ) -> None:
+        self._tell = tell
         everybody = set(task.movers) == set(range(len(task.game.agents)))
         self._symmetries: list[Symmetry] = (
             symmetries(task.game, task.weights) if everybody else [identity(task.game)]
@@ -68,11 +77,14 @@ class _Search:
 
     def run(self, first: Mapping[int, int]) -> Found:
         """Search all vectors from the earliest arrivals ``first`` on."""
-        proved, vectors = float("inf"), _Vectors(self._task, first)
+        proved, told, vectors = float("inf"), float("-inf"), _Vectors(self._task, first)
         while (vector := vectors.pop(self.best.value - tol.MIP_GAP)) is not None:
             bound, arrivals, tree = vector
             if not self._original(arrivals):
                 continue
+            if bound > told:
+                told = bound
+                self._tell("bound", bound)
             if self._clock.out:
                 return self._stopped(min(proved, bound))
             tree = tree or self._tree(arrivals)
@@ -136,6 +148,7 @@ class _Search:
         value = evaluation.weighted(task.weights)
         if value < self.best.value:
             self.best = Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
+            self._tell("value", value)
         return value
 
     def _found(self, status: Status, bound: float) -> Found:

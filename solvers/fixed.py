@@ -102,7 +102,7 @@ def meeting(
         near, far = sign * below[:until], sign * above[:until]
         low, high = low + np.minimum(near, far), high + np.maximum(near, far)
     low, high = low - encounter.collision.offsets, high - encounter.collision.offsets
-    units = _units(game, index)[:until]
+    units = encounter_units(game, encounter)[:until]
     cap = game.margin_cap
     faces = high >= -tol.LENGTH
     if not faces.any(axis=1).all():
@@ -137,7 +137,9 @@ def matters(game: Game, index: int, mover: int, other: Plan, latest: int) -> boo
     below, above = _anywhere(game, index, mover, latest)
     means = other.means[:until, : game.dim] @ encounter.collision.normals.T
     low = below[:until] - means if mover == encounter.agents[0] else means - above[:until]
-    floor = _margin(low - encounter.collision.offsets, _units(game, index)[:until], game.margin_cap)
+    floor = _margin(
+        low - encounter.collision.offsets, encounter_units(game, encounter)[:until], game.margin_cap
+    )
     return bool((floor < game.margin_cap).any())
 
 
@@ -151,11 +153,6 @@ def _margin(clearance: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
     certain = np.where(clearance >= -tol.LENGTH, np.inf, -np.inf)
     scaled = np.divide(clearance, units, out=certain, where=units > 0)
     return np.minimum(scaled.max(axis=1, initial=-np.inf), cap)
-
-
-@lru_cache(maxsize=4096)
-def _units(game: Game, index: int) -> np.ndarray:
-    return encounter_units(game, game.encounters[index])
 
 
 def _reach(game: Game, encounter: Encounter, agent: int) -> Reach:
@@ -261,7 +258,7 @@ class FixedProgram:
         self._rows.append(([c for c, _ in pairs], [v for _, v in pairs], low, high))
 
     def _meet(self, one: Meeting, weight: float) -> None:
-        units = _units(self.game, one.index)
+        units = encounter_units(self.game, self.game.encounters[one.index])
         for k, t in enumerate(one.times.tolist()):
             cap = float(one.cap[k])
             margin, loss = self._loss(cap, weight)

@@ -10,34 +10,80 @@ A minimiser of Phi is a Nash equilibrium, since one agent's change of plan chang
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
-from ppg_env import objective
+from ppg_env import tolerances as tol
+from ppg_env.dynamics import earliest_arrival
+from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
+from solvers.bounds import pair_bound
 from solvers.certificate import certify
 from solvers.clock import Clock
+from solvers.found import Found
 from solvers.minimise import ENGINE, check_solver, minimise
+from solvers.neighbourhood import FALLING, descent
 from solvers.response import explain
-from solvers.solution import Solution
+from solvers.solution import Solution, Status
+
+BOUND_SHARE = 0.3
+"""Part of the time limit that the bound may take."""
+
+MOST_EXACT = 5
+"""With more agents than this optima are approached, and bounded, but not proved."""
+
+APPROACHED = (
+    "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
+)
+
+Progress = Callable[[str, float], None]
+"""Called with what got better, ``value`` or ``bound``, and to what."""
 
 
 def social_optimum(
-    game: Game, *, solver: str = ENGINE, time_limit: float | None = None
+    game: Game,
+    *,
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+    node_limit: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
 ) -> Solution:
-    """The profile that minimises the sum of all shifted costs, and a proved lower bound on it."""
-    return _joint(game, "social", "social_cost", objective.social(game), solver, time_limit)
+    """The profile that minimises the sum of all shifted costs, and a proved lower bound on it.
+
+    Up to five agents the optimum is proved; with more, a neighbourhood search
+    (:mod:`solvers.neighbourhood`, drawn from ``seed``) and a bound from pairs
+    (:mod:`solvers.bounds`) leave a gap, which is reported.
+
+    Parameters
+    ----------
+    solver, time_limit, node_limit
+        Who solves; seconds, and linear programs of the engine, at most.  Cut short, the solution
+        has the best plans so far and a valid bound.
+    progress
+        Called with every better value and bound.
+    """
+    clock = Clock(time_limit, node_limit)
+    return _joint(game, "social", "social_cost", "pigou", solver, clock, seed, progress)
 
 
 def potential_equilibrium(
-    game: Game, *, solver: str = ENGINE, time_limit: float | None = None
+    game: Game,
+    *,
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+    node_limit: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
 ) -> Solution:
     """The Nash equilibrium that minimises the potential, certified by best responses.
 
-    ``regret`` bounds what each agent could gain alone.  Within a time limit the plan may stop
-    short of the minimum; ``regret`` then still holds for the plan returned.
+    ``regret`` bounds what each agent could gain alone.  Within limits, or with more than five
+    agents, the plan may stop short of the minimum; ``regret`` then still holds for the plan
+    returned.  Parameters as for :func:`social_optimum`.
     """
-    clock = Clock(time_limit)
-    solution = _joint(game, "potential", "potential", objective.potential(game), solver, time_limit)
+    clock = Clock(time_limit, node_limit)
+    solution = _joint(game, "potential", "potential", "selfish", solver, clock, seed, progress)
     if solution.profile is None:
         return solution
     proof = certify(game, solution.profile, solver=solver, time_limit=clock.left)
@@ -48,18 +94,24 @@ def _joint(
     game: Game,
     name: str,
     minimised: str,
-    weights: objective.Weights,
+    charge: str,
     solver: str,
-    time_limit: float | None,
+    clock: Clock,
+    seed: int,
+    progress: Progress | None,
 ) -> Solution:
-    solver, clock, everybody = check_solver(solver), Clock(time_limit), range(len(game.agents))
-    found = minimise(game, everybody, weights, None, solver, clock)
+    solver, everybody = check_solver(solver), range(len(game.agents))
+    tell = progress or (lambda what, value: None)
+    if len(game.agents) > MOST_EXACT:
+        found = _approach(game, charge, solver, clock, seed, tell)
+    else:
+        found = minimise(game, everybody, FALLING[charge](game), None, solver, clock, tell)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,
         name,
         status,
-        advice,
+        found.detail if found.detail == APPROACHED else advice,
         found.profile,
         found.evaluation,
         minimised,
@@ -67,3 +119,22 @@ def _joint(
         found.bound,
         seconds=clock.spent,
     )
+
+
+def _approach(
+    game: Game, charge: str, solver: str, clock: Clock, seed: int, tell: Progress
+) -> Found:
+    """Plans by neighbourhood search, after a bound from pairs that takes its share of the time."""
+    weights = FALLING[charge](game)
+    share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
+    bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
+    profile = descent(game, charge, solver, clock, seed, lambda value: tell("value", value))
+    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
+        return Found(Status.UNREACHABLE, float("inf"))
+    if profile is None:
+        return Found(Status.TIME_LIMIT, bound)
+    evaluation = evaluate(game, profile)
+    value = evaluation.weighted(weights)
+    proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))
+    status = Status.OPTIMAL if proved else Status.FEASIBLE
+    return Found(status, bound, profile, evaluation, value, "" if proved else APPROACHED)

@@ -6,7 +6,7 @@ the paper's formulation through cvxpy, which stays as the reference.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -31,12 +31,16 @@ def minimise(
     given: Profile | None,
     solver: str,
     clock: Clock,
+    tell: Callable[[str, float], None] = lambda what, value: None,
 ) -> Found:
-    """The cheapest plans of ``movers`` while the others keep to ``given``, with a proved bound."""
+    """The cheapest plans of ``movers`` while the others keep to ``given``, with a proved bound.
+
+    ``tell`` hears of every better ``value`` and ``bound`` of the engine.
+    """
     if solver == ENGINE:
         from solvers.engine import engine_search
 
-        return engine_search(game, movers, weights, given, clock)
+        return engine_search(game, movers, weights, given, clock, tell)
     from solvers.search import search
 
     known = weights.time.tobytes(), weights.encounter.tobytes()

@@ -35,8 +35,12 @@ def solve(
         str | None, typer.Option(metavar="PLAN", help="The others' plans (straight lines).")
     ] = None,
     start: Annotated[
-        str, typer.Option(metavar="straight|sequential", help="First profile of nash.")
-    ] = "straight",
+        str | None,
+        typer.Option(
+            metavar="straight|sequential",
+            help="First profile of nash (straight up to 5 agents, else sequential).",
+        ),
+    ] = None,
     order: Annotated[
         str, typer.Option(metavar="cyclic|random|simultaneous", help="Who moves when.")
     ] = "cyclic",

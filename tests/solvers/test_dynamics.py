@@ -82,13 +82,15 @@ def test_the_potential_never_rises_for_unequal_lams_and_any_seed(seed):
     assert_the_potential_never_rises(solution)
 
 
-def test_each_sweep_of_a_random_order_moves_everybody_once_and_seeds_matter():
+def test_a_sweep_of_a_random_order_asks_nobody_twice_and_seeds_matter():
     game = make_game("circle(4)")
     orders = set()
     for seed in range(3):
         trace = best_response_dynamics(game, order="random", seed=seed, max_sweeps=2).trace
         for sweep in {update.sweep for update in trace}:
-            assert sorted(u.agent for u in trace if u.sweep == sweep) == [0, 1, 2, 3]
+            asked = [u.agent for u in trace if u.sweep == sweep]
+            assert len(asked) == len(set(asked))  # those whose last answer still holds are spared
+            assert sweep > 1 or sorted(asked) == [0, 1, 2, 3]
         orders.add(tuple(update.agent for update in trace))
     assert len(orders) > 1
 
@@ -141,8 +143,7 @@ def test_the_trace_tells_every_update_as_it_happens(name):
     solution = best_response_dynamics(make_game(name), progress=seen.append)
     assert tuple(seen) == solution.trace
     assert all(u.after <= u.before for u in seen)
-    last = [u for u in seen if u.sweep == seen[-1].sweep]
-    assert all(u.after == u.before for u in last)  # the sweep in which nobody gained
+    assert seen[-1].after == seen[-1].before  # the answers that settled it: nobody gained
     assert solution.trace[-1].potential == pytest.approx(solution.evaluation.potential)
 
 
