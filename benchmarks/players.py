@@ -26,7 +26,7 @@ class Limits:
 
 
 def nash(game: Game, limits: Limits) -> Solution:
-    """Equilibrium found by best-response dynamics from straight lines."""
+    """Equilibrium found by best-response dynamics."""
     from solvers.dynamics import best_response_dynamics
 
     return best_response_dynamics(
@@ -38,14 +38,18 @@ def potential(game: Game, limits: Limits) -> Solution:
     """Equilibrium that minimises the potential."""
     from solvers.joint import potential_equilibrium
 
-    return potential_equilibrium(game, solver=limits.solver, time_limit=limits.time_limit)
+    return potential_equilibrium(
+        game, solver=limits.solver, time_limit=limits.time_limit, seed=limits.seed
+    )
 
 
 def social(game: Game, limits: Limits) -> Solution:
     """Optimum of the sum of all costs."""
     from solvers.joint import social_optimum
 
-    return social_optimum(game, solver=limits.solver, time_limit=limits.time_limit)
+    return social_optimum(
+        game, solver=limits.solver, time_limit=limits.time_limit, seed=limits.seed
+    )
 
 
 def straight(game: Game, _limits: Limits) -> Solution:

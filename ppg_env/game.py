@@ -325,12 +325,12 @@ class Encounter:
 def _tuple_of(kind: type, items: Any, place: str) -> tuple[Any, ...]:
     listed = tuple(items) if isinstance(items, (list, tuple)) else (items,)
     for k, item in enumerate(listed):
-        require(
-            isinstance(item, kind),
-            f"{place}[{k}]",
-            f"is {item!r:.40}, not one of {kind.__name__}",
-            f"give a list of {kind.__name__}",
-        )
+        if not isinstance(item, kind):  # only then: the words for it are long in the making
+            raise InputError(
+                f"{place}[{k}]",
+                f"is {item!r:.40}, not one of {kind.__name__}",
+                f"give a list of {kind.__name__}",
+            )
     return listed
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from solvers.certificate import Certificate, certify
+    from solvers.collection import Equilibrium, collect_equilibria
     from solvers.dynamics import best_response_dynamics
     from solvers.joint import potential_equilibrium, social_optimum
     from solvers.response import best_response
@@ -20,6 +21,8 @@ _HOMES = {
     "best_response_dynamics": "dynamics",
     "Certificate": "certificate",
     "certify": "certificate",
+    "collect_equilibria": "collection",
+    "Equilibrium": "collection",
     "potential_equilibrium": "joint",
     "social_optimum": "joint",
     "Solution": "solution",
@@ -28,11 +31,13 @@ _HOMES = {
 
 __all__ = [
     "Certificate",
+    "Equilibrium",
     "Solution",
     "Status",
     "best_response",
     "best_response_dynamics",
     "certify",
+    "collect_equilibria",
     "potential_equilibrium",
     "social_optimum",
 ]

@@ -77,6 +77,7 @@ class Tree:
     Attributes
     ----------
     upper : cost of the best plans known by now.
+    closed : lower bound on what was searched and found not to be dearer, infinite if nothing was.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class Tree:
         source: Source | None = None,
         mirrors: Sequence[Symmetry] = (),
     ) -> None:
-        self.upper, self._spent, self._proved = upper, spent, INF
+        self.upper, self._spent, self.closed = upper, spent, INF
         self._make, self._clock, self._price = make, clock, price
         self._source, self._mirrors = source, mirrors
         self._open: list[tuple[float, int, Choice]] = [(-INF, 0, ())]
@@ -100,14 +101,15 @@ class Tree:
         self._awake = False
 
     @property
-    def finished(self) -> bool:
-        """Whether nothing is left to search."""
-        return not self._open or self._open[0][0] >= self._cutoff
+    def waiting(self) -> float:
+        """Lowest bound of what is left to search; infinite if nothing is."""
+        least = self._open[0][0] if self._open else INF
+        return least if least < self._cutoff else INF
 
     @property
     def bound(self) -> float:
         """Lower bound on what these arrivals cost, or ``upper`` if that is less."""
-        return min(self.upper, self._proved, self._open[0][0] if self._open else INF)
+        return min(self.upper, self.closed, self.waiting)
 
     @property
     def behind(self) -> bool:
@@ -183,7 +185,7 @@ class Tree:
                 return True
             branch = self._branch(value, point)
             if branch is None:
-                self._proved = min(self._proved, value)
+                self.closed = min(self.closed, value)
                 return True
             *later, (bound, choice) = self._children(choice, *branch, value, point)
             for least, other in later:

@@ -92,10 +92,9 @@ class _Search:
                 tree.look()
             elif not tree.search(self.best.value, until=vectors.least):
                 return self._stopped(min(proved, tree.bound, vectors.least))
-            if tree.finished:
-                proved = min(proved, tree.bound)
-            else:
-                vectors.push(max(bound, tree.bound), arrivals, tree)
+            proved = min(proved, tree.closed)
+            if tree.waiting < float("inf"):
+                vectors.push(max(bound, tree.waiting), arrivals, tree)
                 self._spare(tree)
         if self.best.profile is None:
             return Found(Status.INFEASIBLE, float("inf"))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from benchmarks.commands.bench import bench
 from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
+from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.risk import risk
@@ -21,6 +22,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "show": show,
     "solve": solve,
     "certify": certify,
+    "equilibria": equilibria,
     "risk": risk,
     "train": train,
     "compare": compare,

@@ -49,6 +49,10 @@ def solve(
     ] = None,
     solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
+    node_limit: Annotated[
+        int | None,
+        typer.Option(min=1, help="Linear programs for social and potential, machine-independent."),
+    ] = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
@@ -65,19 +69,43 @@ def solve(
     made = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".json")
-    with working(f"{solution} of {game}"):
+    with working(f"{solution} of {game}") as status:
         if solution == "best-response":
             found = _best_response(made, agent, against, solver, time_limit)
         elif solution == "nash":
             from solvers.dynamics import best_response_dynamics
 
             found = best_response_dynamics(
-                made, start=start, order=order, seed=seed, solver=solver, time_limit=time_limit
+                made,
+                start=start,
+                order=order,
+                seed=seed,
+                solver=solver,
+                time_limit=time_limit,
+                progress=lambda u: status.update(
+                    f"nash of {game}: sweep {u.sweep}, agent {u.agent} pays {u.after:.4g}"
+                ),
             )
         else:
-            from benchmarks.players import PLANNERS, Limits
+            from solvers.joint import potential_equilibrium, social_optimum
 
-            found = PLANNERS[solution](made, Limits(solver, time_limit, seed))
+            joint = social_optimum if solution == "social" else potential_equilibrium
+            news = {"value": float("inf"), "bound": float("-inf")}
+
+            def tell(what: str, value: float) -> None:
+                news[what] = value
+                status.update(
+                    f"{solution} of {game}: between {news['bound']:.6g} and {news['value']:.6g}"
+                )
+
+            found = joint(
+                made,
+                solver=solver,
+                time_limit=time_limit,
+                node_limit=node_limit,
+                seed=seed,
+                progress=tell,
+            )
     report = solution_report(found)
     if out is not None and found.profile is not None:
         write_plan(out, made, found.profile, report)
