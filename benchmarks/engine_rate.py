@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import product
 from statistics import median
 from time import perf_counter
@@ -21,18 +21,26 @@ from solvers.minimise import ENGINE, minimise
 from solvers.solution import Status
 
 PAIRS = ("opposing", "head_on", "parallel", "intersection")
+RIVALS = {"HIGHS": 50.0, "GUROBI": 4.0}
+"""How much faster than each the engine should be on three agents."""
+
+CROWD = "circle(4, radius=40)"
+
 PATIENCE = 300.0
 """Seconds after which a rival is stopped; its ratio is then a lower bound."""
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Best responses of two agents, then the social optimum of three under growing noise."""
+    """Best responses of two agents, then social optima of three and of four."""
     with on_one_core():
         yield from _best_responses(quick)
         for lam in (0.5, 0.8):
             name = "intersection" if quick else "intersection3"
             game = make_game(name, gain=-0.5, horizon=14, margin_cap=6.0, lam=lam)
-            yield from _joint(game, f"{name}, growing noise, lam {lam:g}")
+            yield from _joint(game, f"{name}, growing noise, lam {lam:g}", RIVALS)
+        for gain in () if quick else (0.0, -0.5):
+            game = make_game(CROWD, gain=gain, horizon=12, margin_cap=6.0, lam=0.8)
+            yield from _joint(game, f"{CROWD}, gain {gain:g}", {"GUROBI": 3})
 
 
 def _best_responses(quick: bool) -> Iterator[Measurement]:
@@ -55,13 +63,13 @@ def _best_responses(quick: bool) -> Iterator[Measurement]:
     yield Measurement("best response: HiGHS / engine, median", float(np.median(ratios)), 0, True)
 
 
-def _joint(game: Game, label: str) -> Iterator[Measurement]:
+def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Measurement]:
     reference, seconds = _social(game, ENGINE)
     proven = reference.status is Status.OPTIMAL
     yield Measurement(
         f"social optimum ({label}): engine, s" + " (open)" * (not proven), seconds, 0, True
     )
-    for solver, wanted in (("HIGHS", 50), ("GUROBI", 4)):
+    for solver, wanted in rivals.items():
         if not _installed(solver):
             continue
         rival, longer = _social(game, solver)

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 TITLES = {
     "planning": "Times in seconds",
     "engine": "The engine beside MILP solvers, on one core",
+    "many": "Many agents, on one core",
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
 }
 SUITES = {
     "planning": "benchmarks.timing",
     "engine": "benchmarks.engine_rate",
+    "many": "benchmarks.many",
     "environment": "benchmarks.rates",
     "learning": "benchmarks.training_rate",
 }
@@ -35,7 +37,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning and start-up times, the environment's rates beside its rivals', or PPO."""
+    """Measure planning and start-up, many agents, the environment beside its rivals, or PPO."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))
