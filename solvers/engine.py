@@ -91,7 +91,7 @@ class _Search:
             if tree.behind:
                 tree.look()
             elif not tree.search(self.best.value, until=vectors.least):
-                return self._stopped(min(proved, tree.bound, vectors.least))
+                return self._stopped(min(proved, max(bound, tree.bound), vectors.least))
             proved = min(proved, tree.closed)
             if tree.waiting < float("inf"):
                 vectors.push(max(bound, tree.waiting), arrivals, tree)

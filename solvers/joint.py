@@ -51,7 +51,7 @@ def social_optimum(
 ) -> Solution:
     """The profile that minimises the sum of all shifted costs, and a proved lower bound on it.
 
-    Up to five agents the optimum is proved; with more, a neighbourhood search
+    Up to five agents the optimum is proved; with more, the engine's neighbourhood search
     (:mod:`solvers.neighbourhood`, drawn from ``seed``) and a bound from pairs
     (:mod:`solvers.bounds`) leave a gap, which is reported.
 
@@ -102,8 +102,8 @@ def _joint(
 ) -> Solution:
     solver, everybody = check_solver(solver), range(len(game.agents))
     tell = progress or (lambda what, value: None)
-    if len(game.agents) > MOST_EXACT:
-        found = _approach(game, charge, solver, clock, seed, tell)
+    if len(game.agents) > MOST_EXACT and solver == ENGINE:
+        found = _approach(game, charge, clock, seed, tell)
     else:
         found = minimise(game, everybody, FALLING[charge](game), None, solver, clock, tell)
     status, advice = explain(game, found, tuple(everybody))
@@ -121,18 +121,19 @@ def _joint(
     )
 
 
-def _approach(
-    game: Game, charge: str, solver: str, clock: Clock, seed: int, tell: Progress
-) -> Found:
-    """Plans by neighbourhood search, after a bound from pairs that takes its share of the time."""
+def _approach(game: Game, charge: str, clock: Clock, seed: int, tell: Progress) -> Found:
+    """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
+
+    Where that finds no plan at all, the exact search has the rest of the time.
+    """
+    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
+        return Found(Status.UNREACHABLE, float("inf"))
     weights = FALLING[charge](game)
     share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
     bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
-    profile = descent(game, charge, solver, clock, seed, lambda value: tell("value", value))
-    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
-        return Found(Status.UNREACHABLE, float("inf"))
+    profile = descent(game, charge, ENGINE, clock, seed, lambda value: tell("value", value))
     if profile is None:
-        return Found(Status.TIME_LIMIT, bound)
+        return minimise(game, range(len(game.agents)), weights, None, ENGINE, clock, tell)
     evaluation = evaluate(game, profile)
     value = evaluation.weighted(weights)
     proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))

@@ -54,7 +54,10 @@ def descent(
     ``progress`` is called with the value of every better one.
     """
     search = _Descent(game, charge, solver, clock, seed, progress)
-    return search.profile if search.start() and search.run() else None
+    if not search.start():
+        return None
+    search.run()
+    return search.profile
 
 
 class _Descent:
@@ -86,8 +89,8 @@ class _Descent:
         )
         return alone.profile is not None and self._keep(alone.profile)
 
-    def run(self) -> bool:
-        """Descend until nothing helps, or the time is up; True."""
+    def run(self) -> None:
+        """Descend until nothing helps, or the time is up."""
         size = len(self.game.agents)
         while not self.clock.out:
             quiet = 0
@@ -96,7 +99,6 @@ class _Descent:
                 quiet = 0 if tried is not None and self._keep(tried) else quiet + 1
             if not any(self._planned(pair) for pair in self._pairs()):
                 break
-        return True
 
     def _keep(self, profile: Profile) -> bool:
         """Take a profile, polished, if it is feasible and no dearer; whether it is cheaper.
