@@ -156,10 +156,12 @@ class Tree:
         self._near = bound + (BAND * (self.upper - bound) if self.upper < INF else 0.0)
         return bound, choice
 
-    def settle(self, choice: Choice) -> np.ndarray | None:
-        """The best point with the faces ``choice``, if there is one."""
+    def settle(self, means: Sequence[np.ndarray]) -> np.ndarray | None:
+        """The best point with the faces that count for ``means``, if there is one."""
         self._wake()
-        self._switch(choice)
+        margins = self._faces.margins(self._program.point(means))
+        best = [part.argmax() for part in np.split(margins, self._faces.first[1:])]
+        self._switch(tuple((k, int(p)) for k, p in enumerate(best) if self._program.moments))
         answer = self._relaxed()
         return None if answer is None or answer[0] == INF else answer[1]
 

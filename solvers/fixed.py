@@ -306,20 +306,12 @@ class FixedProgram:
         one = self.moments[moment]
         return one.encounter, one.time, one.faces[face].index
 
-    def choice(self, means: Sequence[np.ndarray]) -> tuple[tuple[int, int], ...]:
-        """(moment, face) of the face that counts at each moment, for ``means`` of all agents."""
-        chosen = []
-        for k, one in enumerate(self.moments):
-            encounter = self.game.encounters[one.encounter]
-            where = [means[i][one.time, : self.game.dim] for i in encounter.agents]
-            clear = encounter.collision.normals @ encounter.displacement(*where)
-            clear -= encounter.collision.offsets
-            margins = [
-                clear[face.index] / face.unit if face.unit > 0 else clear[face.index]
-                for face in one.faces
-            ]
-            chosen.append((k, int(np.argmax(margins))))
-        return tuple(chosen)
+    def point(self, means: Sequence[np.ndarray]) -> np.ndarray:
+        """A point of the program with these ``means`` of all agents, and nothing else in it."""
+        point = np.zeros(len(self._low))
+        for i, columns in self._means.items():
+            point[columns] = means[i][: len(columns)]
+        return point
 
     def plans(self, point: np.ndarray) -> Profile:
         """Everybody's plans: the movers' from a solution of the program, the others' as given."""

@@ -47,7 +47,7 @@ def _round(
         return None
     program = FixedProgram(task, arrivals, known)
     tree = Tree(lambda: program, 0.0, INF, clock, lambda program, point, estimate: estimate)
-    point = tree.settle(program.choice([plan.means for plan in profile]))
+    point = tree.settle([plan.means for plan in profile])
     if point is None:
         return None
     plans = program.plans(point)
