@@ -77,11 +77,13 @@ class _Search:
 
     def run(self, first: Mapping[int, int]) -> Found:
         """Search all vectors from the earliest arrivals ``first`` on."""
-        proved, told, vectors = float("inf"), float("-inf"), _Vectors(self._task, first)
+        proved, told, vectors = (
+            float("inf"),
+            float("-inf"),
+            _Vectors(self._task, first, self._original),
+        )
         while (vector := vectors.pop(self.best.value - tol.MIP_GAP)) is not None:
             bound, arrivals, tree = vector
-            if not self._original(arrivals):
-                continue
             if bound > told:
                 told = bound
                 self._tell("bound", bound)
@@ -185,11 +187,18 @@ class _Vectors:
 
     A vector waits with the cost of its time, which is quickly known, until it comes up; only
     then are its meetings looked at, and its successors, which cost no less, let in: those one
-    step later in the coordinate that was raised last, or in one after it.
+    step later in the coordinate that was raised last, or in one after it.  Of vectors that a
+    symmetry maps to each other, the ``original`` one comes up.
     """
 
-    def __init__(self, task: Task, first: Mapping[int, int]) -> None:
-        self._task, self._concerned, self._order = task, concerned(task), count()
+    def __init__(
+        self,
+        task: Task,
+        first: Mapping[int, int],
+        original: Callable[[Mapping[int, int]], bool],
+    ) -> None:
+        self._task, self._original, self._concerned = task, original, concerned(task)
+        self._order = count()
         self._queue: list[tuple[float, int, tuple[int, ...], int | None, Tree | None]] = []
         self._wait(tuple(first[i] for i in task.movers), 0)
 
@@ -214,6 +223,8 @@ class _Vectors:
             for k in range(raised, len(times)):
                 if times[k] < task.game.horizon:
                     self._wait((*times[:k], times[k] + 1, *times[k + 1 :]), k)
+            if not self._original(arrivals):
+                continue
             known = meetings(task, self._concerned, arrivals)
             if known is not None:
                 losses = sum(task.weights.encounter[m.index] * (m.settled + m.least) for m in known)

@@ -73,10 +73,11 @@ class Lemmas:
         def make() -> FixedProgram:
             return FixedProgram(self._task, arrivals, known)
 
-        used = self._clock.used
-        tree = Tree(make, 0.0, INF, self._clock, _estimate)
-        tree.search(INF, limit=MOST)
-        self._spent += self._clock.used - used
+        share = self._clock.share(MOST)
+        tree = Tree(make, 0.0, INF, share, _estimate)
+        tree.search(INF)
+        self._clock.take(share)
+        self._spent += share.used
         return tree.bound - SLACK * max(1.0, tree.bound) if np.isfinite(tree.bound) else tree.bound
 
 

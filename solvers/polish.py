@@ -12,9 +12,9 @@ from ppg_env.evaluate import Evaluation, evaluate
 from ppg_env.game import Game
 from ppg_env.objective import Weights
 from ppg_env.plan import Profile
-from solvers.branching import Tree
 from solvers.clock import Clock
-from solvers.fixed import INF, FixedProgram, Task, meetings
+from solvers.fixed import FixedProgram, Task, meetings
+from solvers.relaxation import Relaxation
 
 ROUNDS = 10
 """Most rounds; each may choose other faces than the last."""
@@ -46,8 +46,7 @@ def _round(
     if known is None:
         return None
     program = FixedProgram(task, arrivals, known)
-    tree = Tree(lambda: program, 0.0, INF, clock, lambda program, point, estimate: estimate)
-    point = tree.settle([plan.means for plan in profile])
+    point = Relaxation(program, 0.0, clock).settle([plan.means for plan in profile])
     if point is None:
         return None
     plans = program.plans(point)

@@ -95,15 +95,17 @@ def test_a_tree_that_rests_goes_on_where_it_was():
     known = meetings(task, range(len(game.encounters)), arrivals)
     assert known is not None
 
-    def tree():
+    def tree(clock):
         make = lambda: FixedProgram(task, arrivals, known)  # noqa: E731
-        return Tree(make, 0.0, INF, Clock(None), lambda program, point, estimate: estimate)
+        return Tree(make, 0.0, INF, clock, lambda program, point, estimate: estimate)
 
-    whole, broken = tree(), tree()
+    clock = Clock(None, 20)
+    whole, broken = tree(Clock(None)), tree(clock)
     assert whole.search(INF)
     while broken.waiting < INF:
-        broken.search(INF, limit=broken._solved + 20)
+        broken.search(INF)
         broken.rest()
+        clock.nodes += 20
     assert broken.bound == pytest.approx(whole.bound, abs=1e-6)
 
 
