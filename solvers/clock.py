@@ -32,6 +32,13 @@ class Clock:
         late = self.left is not None and self.left <= 0
         return late or (self.nodes is not None and self.used >= self.nodes)
 
+    @property
+    def gone(self) -> float:
+        """Part of the limits that is used up, 0 to 1; 0 if there are none."""
+        time = 0.0 if self.limit is None else self.spent / max(self.limit, self.spent, 1e-9)
+        work = 0.0 if not self.nodes else min(self.used / self.nodes, 1.0)
+        return max(time, work)
+
     def share(self, nodes: int | None) -> Clock:
         """A clock for one of several solves: as much time as is left, and so many nodes of its own.
 

@@ -1,9 +1,11 @@
-r"""Joint plans of many agents: descent by taking a few out and putting them back.
+r"""Joint plans of many agents: annealing by taking two out and putting them back.
 
 Best responses in turn lower the objective as far as one agent at a time can.  Then, again and
-again, two to four agents that pass each other leave the game and come back one by one, each with
-its best response to those who are there; what is cheaper stays.  At last pairs are planned
-jointly.  All this finds plans and proves nothing: the proof comes from :mod:`solvers.bounds`.
+again, two agents that pass each other leave the game and come back one by one, each with its best
+response to those who are there.  What costs v more is taken with probability exp(-v / heat), and
+the heat falls from the price of one step of an agent's time to nothing: arrivals are whole steps,
+so that there are few small ways down.  At last pairs are planned jointly.  All this finds plans
+and proves nothing: the proof comes from :mod:`solvers.bounds`.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from ppg_env.game import Game
 from ppg_env.plan import Profile
 from solvers.clock import Clock
 from solvers.dynamics import absent, best_response_dynamics
+from solvers.fixed import INF
 from solvers.minimise import minimise
 from solvers.polish import polish
 from solvers.response import respond
@@ -31,11 +34,14 @@ FALLING = {"selfish": objective.potential, "pigou": objective.social}
 SWEEPS = 6
 """Most rounds of responses before groups begin."""
 
-GROUPS = (2, 3, 4)
-"""How many agents leave together."""
+COOLING = 40
+"""Rounds per agent over which the heat falls to nothing, sooner if a limit comes first."""
 
-QUIET = 10
-"""Rounds per agent without a gain after which the search is over."""
+QUIET = 5
+"""Rounds per agent without heat, after pairs were planned jointly."""
+
+NEAR = 1.0
+"""Length unit: an agent that passes at this distance is half as likely to be drawn as one at 0."""
 
 EFFORTS = {1: 400, 2: 1500}
 """Linear programs for one agent's response, and for a pair's joint plan."""
@@ -76,7 +82,7 @@ class _Descent:
         self.progress, self.random = progress, np.random.default_rng(seed)
         self.weights = FALLING[charge](game)
         self.profile: Profile = ()
-        self.value = float("inf")
+        self.value = INF
 
     def start(self) -> bool:
         """Whether best responses found a feasible profile."""
@@ -90,48 +96,54 @@ class _Descent:
         return alone.profile is not None and self._keep(alone.profile)
 
     def run(self) -> None:
-        """Descend until nothing helps, or the time is up."""
+        """Search until nothing helps, or the time is up."""
         size = len(self.game.agents)
-        while not self.clock.out:
-            quiet = 0
-            while quiet < QUIET * size and not self.clock.out:
-                tried = self._repaired(self._neighbours())
-                quiet = 0 if tried is not None and self._keep(tried) else quiet + 1
-            if not any(self._planned(pair) for pair in self._pairs()):
-                break
+        self._anneal(COOLING * size, float(np.mean(self.weights.time)))
+        while any(self._planned(pair) for pair in self._pairs()):
+            self._anneal(QUIET * size, 0.0)
+
+    def _anneal(self, rounds: int, heat: float) -> None:
+        """So many rounds from the best profile on, while ``heat`` falls to nothing."""
+        profile, value = self.profile, self.value
+        for k in range(rounds):
+            if self.clock.out:
+                return
+            tried = self._repaired(profile, self._neighbours(profile))
+            worth = INF if tried is None else self._worth(tried)
+            left = heat * (1 - max(k / rounds, self.clock.gone))
+            if tried is not None and worth <= value + left * self.random.exponential():
+                profile, value = tried, worth
+                if self._keep(tried):
+                    profile, value = self.profile, self.value
+
+    def _worth(self, profile: Profile) -> float:
+        """What a profile costs; infinite if it is not feasible."""
+        judged = evaluate(self.game, profile)
+        return INF if judged.complaints() else judged.weighted(self.weights)
 
     def _keep(self, profile: Profile) -> bool:
-        """Take a profile, polished, if it is feasible and no dearer; whether it is cheaper.
-
-        Steps aside that cost nothing lead out of many dead ends.
-        """
-        judged = evaluate(self.game, profile)
-        value = float("inf") if judged.complaints() else judged.weighted(self.weights)
-        if value > self.value - tol.IMPROVEMENT:
-            if value <= self.value:
-                self.profile, self.value = profile, value
+        """Take a profile, polished, if it is cheaper than the best."""
+        if self._worth(profile) > self.value - tol.IMPROVEMENT:
             return False
         self.profile = polish(self.game, profile, self.weights, self.clock)
-        self.value = evaluate(self.game, self.profile).weighted(self.weights)
+        self.value = self._worth(self.profile)
         self.progress(self.value)
         return True
 
-    def _neighbours(self) -> list[int]:
-        """An agent drawn at random and a few others, likelier the nearer they pass."""
+    def _neighbours(self, profile: Profile) -> list[int]:
+        """An agent drawn at random and another one, likelier the nearer they pass."""
         size = len(self.game.agents)
         first = int(self.random.integers(size))
         others = [j for j in range(size) if j != first]
-        means = np.array([plan.means[:, : self.game.dim] for plan in self.profile])
+        means = np.array([plan.means[:, : self.game.dim] for plan in profile])
         far = np.linalg.norm(means[others] - means[first], axis=2).min(axis=1)
-        scale = np.median(far) or 1.0
-        chances = 1 / (scale + far)
-        count = min(int(self.random.choice(GROUPS)) - 1, len(others))
-        drawn = self.random.choice(others, size=count, replace=False, p=chances / chances.sum())
-        return [int(i) for i in self.random.permutation([first, *drawn])]
+        chances = 1 / (NEAR + far)
+        other = int(self.random.choice(others, p=chances / chances.sum()))
+        return [int(i) for i in self.random.permutation([first, other])]
 
-    def _repaired(self, group: list[int]) -> Profile | None:
+    def _repaired(self, profile: Profile, group: list[int]) -> Profile | None:
         """The profile with the group planned anew, one after the other, twice."""
-        plans = list(self.profile)
+        plans = list(profile)
         for i in group:
             plans[i] = absent(self.game.agents[i], self.game.horizon)
         for i in group + group:
