@@ -14,6 +14,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.checks import numbers
+from ppg_env.controls import excess, sizes
 from ppg_env.dynamics import goal_selector, rollout
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
@@ -89,21 +90,24 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
 
     With A = B = I that is the straight line at constant speed.  Least effort is the
     minimum-norm solution of the reachability equation; a time is admitted when those controls
-    lie in U.  None when no time up to ``horizon`` is.
+    lie in their sets.  None when no time up to ``horizon`` is.  Where the sets change, the norm
+    is sum_t |u_t|^2 / size_t: each step bears in proportion to what it may, so that with A = B = I
+    and sets of one form the line is flown as fast as can be.
     """
     select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
+    bearing = np.repeat(np.sqrt(sizes(agent.control, 0, horizon)), agent.control_dim)
     controls = np.zeros((horizon, agent.control_dim))
     if make_plan(agent, controls).arrival == 0:
         return make_plan(agent, controls)
     for t in range(1, horizon + 1):
         blocks.append(power @ agent.B)
         power = power @ agent.A
-        effect = select @ np.hstack(blocks[::-1])
+        effect, share = select @ np.hstack(blocks[::-1]), bearing[: t * agent.control_dim]
         wanted = agent.goal - select @ power @ agent.start
-        effort = np.linalg.lstsq(effect, wanted, rcond=None)[0]
+        effort = share * np.linalg.lstsq(effect * share, wanted, rcond=None)[0]
         steps = effort.reshape(t, agent.control_dim)
         reached = np.abs(effect @ effort - wanted).max() <= tol.LENGTH
-        if reached and agent.control.clearance(steps).max() <= tol.CONTROL:
+        if reached and excess(agent.control, steps) <= tol.CONTROL:
             controls[:t] = steps
             return make_plan(agent, controls)
     return None

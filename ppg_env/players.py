@@ -17,6 +17,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ppg_env.controls import pieces, sizes
+from ppg_env.dynamics import goal_selector
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
 from ppg_env.plan import Plan, Profile, straight_plan
@@ -79,7 +81,7 @@ class Tracker:
         action = self._controls[t] - (state - self._means[t]) @ self._mover.gain.T
         late = view.clock >= self._end
         if late.any():
-            action[late] = self._homing.towards_goal(state[late])
+            action[late] = self._homing.towards_goal(state[late], view.clock[late])
         return action
 
 
@@ -87,53 +89,81 @@ class Homing:
     """Heads straight for the goal from wherever it is, and ignores everybody.
 
     It plays the first control of the least-effort plan that reaches the goal in k steps, with the
-    smallest k up to ``horizon`` for which that control is admissible; if there is none, the one
-    for the longest k (the environment projects it).
+    smallest k up to ``horizon`` for which that control is admissible now; if there is none, the
+    one for the longest k (the environment projects it).  Effort is that of
+    :func:`~ppg_env.plan.straight_plan`, so plans reckon with the control sets to come.
     """
 
     information = "own state"
 
     def __init__(self, game: Game, agent: int) -> None:
         self._agent, self._mover = agent, game.agents[agent]
-        self._laws = least_effort_laws(self._mover, game.horizon)
+        self._horizon = game.horizon
+        self._settled = pieces(self._mover.control)[-1][0]
+        self._known = {self._settled: least_effort_laws(self._mover, game.horizon, self._settled)}
 
     def act(self, view: View) -> np.ndarray:
         """Actions (C, m) towards the goal."""
-        return self.towards_goal(view.state[:, self._agent, : self._mover.state_dim])
+        state = view.state[:, self._agent, : self._mover.state_dim]
+        return self.towards_goal(state, view.clock)
 
-    def towards_goal(self, state: np.ndarray) -> np.ndarray:
-        """First control (C, m) of the shortest least-effort plan home from ``state`` (C, n)."""
+    def towards_goal(self, state: np.ndarray, clock: np.ndarray) -> np.ndarray:
+        """First control (C, m) of the shortest least-effort plan home from ``state`` (C, n).
+
+        ``clock`` (C,) says at which step each copy is.
+        """
+        if self._settled == 0:  # the sets never change
+            return self._home(state, 0)
+        action = np.empty((len(state), self._mover.control_dim))
+        stage = np.minimum(clock, self._settled)
+        for step in np.unique(stage).tolist():
+            action[stage == step] = self._home(state[stage == step], step)
+        return action
+
+    def _home(self, state: np.ndarray, step: int) -> np.ndarray:
+        """:meth:`towards_goal` for copies that are all at the same step."""
+        if step not in self._known:
+            self._known[step] = least_effort_laws(self._mover, self._horizon, step)
+        laws, control = self._known[step], self._mover.control_at(step)
         action, waiting = np.empty((len(state), self._mover.control_dim)), np.arange(len(state))
-        for k, (matrix, offset) in enumerate(self._laws):
+        for k, (matrix, offset) in enumerate(laws):
             action[waiting] = state[waiting] @ matrix.T + offset
-            if k + 1 < len(self._laws):
-                far = self._mover.control.clearance(action[waiting]) > 1e-9
+            if k + 1 < len(laws):
+                far = control.clearance(action[waiting]) > 1e-9
                 waiting = waiting[far]
             if not waiting.size:
                 break
         return action
 
 
-def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.ndarray]]:
+def least_effort_laws(
+    agent: Agent, horizon: int, step: int = 0
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """For k = 1..``horizon`` steps to go: (F, f) with first control F x + f of least total effort.
 
-    Step counts from which the goal cannot be hit (more goal components than inputs so far) are
-    left out.
+    Time counts from ``step``.  Step counts from which the goal cannot be hit (more goal
+    components than inputs so far) are left out; sets that leave no way at all are not reckoned
+    with.
     """
-    from ppg_env.dynamics import goal_selector
+    bearing = np.sqrt(sizes(agent.control, step, horizon))
+    laws = _laws(agent, bearing) or _laws(agent, np.ones(horizon))
+    require(bool(laws), "goal", "cannot be controlled", "check A and B")
+    return laws
 
-    select, power = goal_selector(agent), np.eye(agent.state_dim)
+
+def _laws(agent: Agent, bearing: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The laws of least sum |u_k|^2 / bearing_k^2."""
+    select, power, m = goal_selector(agent), np.eye(agent.state_dim), agent.control_dim
     blocks: list[np.ndarray] = []
     laws: list[tuple[np.ndarray, np.ndarray]] = []
-    for _ in range(horizon):
+    for k in range(len(bearing)):
         blocks.insert(0, power @ agent.B)
         power = power @ agent.A
-        effect = select @ np.hstack(blocks)
+        effect = select @ np.hstack(blocks) * np.repeat(bearing[: k + 1], m)
         if np.linalg.matrix_rank(effect) < len(select):
             continue
-        first = np.linalg.pinv(effect)[: agent.control_dim]
+        first = bearing[0] * np.linalg.pinv(effect)[:m]
         laws.append((-first @ select @ power, first @ agent.goal))
-    require(bool(laws), "goal", "cannot be controlled", "check A and B")
     return laws
 
 
