@@ -17,6 +17,9 @@ from ppg_env.polytope import Polytope
 Controls = Polytope | tuple[tuple[int, Polytope], ...]
 """A polytope, or pairs (first step, polytope) in the order of time, the first from step 0 on."""
 
+MOST_ROOM = 10.0
+"""An input that fits so many times is as good as zero: the others need not be made smaller."""
+
 LATEST = 10_000
 """Last step at which a set may change: the longest horizon."""
 
@@ -104,29 +107,43 @@ def later(control: Controls, step: int) -> Controls:
     return checked_controls([(0, set_at(control, step)), *rest])
 
 
+def clearance(control: Controls, inputs: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """(K,) largest a_p u - b_p of each of ``inputs`` (K, m) in the set of its step, of ``steps``.
+
+    Negative inside, as for one polytope.
+    """
+    if isinstance(control, Polytope):
+        return control.clearance(inputs)
+    begun = np.searchsorted([first for first, _ in control], steps, side="right") - 1
+    result = np.empty(len(inputs))
+    for k, (_, held) in enumerate(control):
+        result[begun == k] = held.clearance(inputs[begun == k])
+    return result
+
+
 def excess(control: Controls, inputs: np.ndarray) -> float:
     """How far ``inputs`` (t, m), played from step 0 on, go at most beyond a face of their sets.
 
     Negative where all are inside; -inf where there are none.
     """
-    return max(
-        (float(held.clearance(inputs[s]).max()) for s, held in spans(control, len(inputs))),
-        default=-np.inf,
-    )
+    return float(clearance(control, inputs, np.arange(len(inputs))).max(initial=-np.inf))
+
+
+def room(control: Controls, inputs: np.ndarray) -> np.ndarray:
+    """(t,) how many times each of ``inputs``, played from step 0 on, fits in its set; at most 10.
+
+    Zero where the set does not hold rest.
+    """
+    result = np.empty(len(inputs))
+    for t, wanted in enumerate(inputs):
+        normals, offsets = set_at(control, t).faces
+        along = normals @ wanted
+        fits = np.divide(offsets, along, out=np.full(len(along), MOST_ROOM), where=along > 0)
+        result[t] = np.clip(fits.min(), 0.0, MOST_ROOM)
+    return result
 
 
 def bounds(control: Controls) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest value (m,) of every input, over all sets."""
     low, high = zip(*(held.bounds for _, held in pieces(control)), strict=True)
     return np.min(low, axis=0), np.max(high, axis=0)
-
-
-def sizes(control: Controls, first: int, count: int) -> np.ndarray:
-    """(count,) how far inputs may go at each step from ``first`` on, relative to the farthest.
-
-    One for sets that do not change.
-    """
-    steps = range(first, first + count)
-    size = [float(np.linalg.norm(set_at(control, t).vertices, axis=1).max()) for t in steps]
-    largest = max(size, default=0.0)
-    return np.array(size) / largest if largest > 0 else np.ones(count)

@@ -17,7 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ppg_env.controls import pieces, sizes
+from ppg_env.controls import clearance
 from ppg_env.dynamics import goal_selector
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
@@ -90,17 +90,14 @@ class Homing:
 
     It plays the first control of the least-effort plan that reaches the goal in k steps, with the
     smallest k up to ``horizon`` for which that control is admissible now; if there is none, the
-    one for the longest k (the environment projects it).  Effort is that of
-    :func:`~ppg_env.plan.straight_plan`, so plans reckon with the control sets to come.
+    one for the longest k (the environment projects it).
     """
 
     information = "own state"
 
     def __init__(self, game: Game, agent: int) -> None:
         self._agent, self._mover = agent, game.agents[agent]
-        self._horizon = game.horizon
-        self._settled = pieces(self._mover.control)[-1][0]
-        self._known = {self._settled: least_effort_laws(self._mover, game.horizon, self._settled)}
+        self._laws = least_effort_laws(self._mover, game.horizon)
 
     def act(self, view: View) -> np.ndarray:
         """Actions (C, m) towards the goal."""
@@ -110,60 +107,37 @@ class Homing:
     def towards_goal(self, state: np.ndarray, clock: np.ndarray) -> np.ndarray:
         """First control (C, m) of the shortest least-effort plan home from ``state`` (C, n).
 
-        ``clock`` (C,) says at which step each copy is.
+        ``clock`` (C,) is the step that each copy is at.
         """
-        if self._settled == 0:  # the sets never change
-            return self._home(state, 0)
-        action = np.empty((len(state), self._mover.control_dim))
-        stage = np.minimum(clock, self._settled)
-        for step in np.unique(stage).tolist():
-            action[stage == step] = self._home(state[stage == step], step)
-        return action
-
-    def _home(self, state: np.ndarray, step: int) -> np.ndarray:
-        """:meth:`towards_goal` for copies that are all at the same step."""
-        if step not in self._known:
-            self._known[step] = least_effort_laws(self._mover, self._horizon, step)
-        laws, control = self._known[step], self._mover.control_at(step)
         action, waiting = np.empty((len(state), self._mover.control_dim)), np.arange(len(state))
-        for k, (matrix, offset) in enumerate(laws):
+        for k, (matrix, offset) in enumerate(self._laws):
             action[waiting] = state[waiting] @ matrix.T + offset
-            if k + 1 < len(laws):
-                far = control.clearance(action[waiting]) > 1e-9
-                waiting = waiting[far]
+            if k + 1 < len(self._laws):
+                beyond = clearance(self._mover.control, action[waiting], clock[waiting])
+                waiting = waiting[beyond > 1e-9]
             if not waiting.size:
                 break
         return action
 
 
-def least_effort_laws(
-    agent: Agent, horizon: int, step: int = 0
-) -> list[tuple[np.ndarray, np.ndarray]]:
+def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """For k = 1..``horizon`` steps to go: (F, f) with first control F x + f of least total effort.
 
-    Time counts from ``step``.  Step counts from which the goal cannot be hit (more goal
-    components than inputs so far) are left out; sets that leave no way at all are not reckoned
-    with.
+    Step counts from which the goal cannot be hit (more goal components than inputs so far) are
+    left out.
     """
-    bearing = np.sqrt(sizes(agent.control, step, horizon))
-    laws = _laws(agent, bearing) or _laws(agent, np.ones(horizon))
-    require(bool(laws), "goal", "cannot be controlled", "check A and B")
-    return laws
-
-
-def _laws(agent: Agent, bearing: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The laws of least sum |u_k|^2 / bearing_k^2."""
-    select, power, m = goal_selector(agent), np.eye(agent.state_dim), agent.control_dim
+    select, power = goal_selector(agent), np.eye(agent.state_dim)
     blocks: list[np.ndarray] = []
     laws: list[tuple[np.ndarray, np.ndarray]] = []
-    for k in range(len(bearing)):
+    for _ in range(horizon):
         blocks.insert(0, power @ agent.B)
         power = power @ agent.A
-        effect = select @ np.hstack(blocks) * np.repeat(bearing[: k + 1], m)
+        effect = select @ np.hstack(blocks)
         if np.linalg.matrix_rank(effect) < len(select):
             continue
-        first = bearing[0] * np.linalg.pinv(effect)[:m]
+        first = np.linalg.pinv(effect)[: agent.control_dim]
         laws.append((-first @ select @ power, first @ agent.goal))
+    require(bool(laws), "goal", "cannot be controlled", "check A and B")
     return laws
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, evaluate, make_game, make_plan, straight_plan
-from ppg_env.controls import bounds, excess, later, pieces, sizes, spans
+from ppg_env.controls import bounds, excess, later, pieces, room, spans
 from ppg_env.dynamics import earliest_arrival
 from ppg_env.gamefile import game_from_tables, game_to_tables
 from tests.ppg_env.strategies import changing, controls
@@ -89,11 +89,12 @@ def test_the_box_holds_all_sets_and_the_excess_is_that_of_the_worst_step(
     assert excess(mover.control, inputs[:0]) == -np.inf
 
 
-def test_sizes_are_relative_to_the_largest_that_is_still_to_come() -> None:
-    np.testing.assert_allclose(sizes(TIRING, 0, 8)[[0, 3, 7]], [1, 5 / np.hypot(10, 10), 0])
-    assert sizes(TIRING, 3, 5).tolist() == [1, 1, 1, 1, 0]
-    assert sizes(TIRING, 7, 2).tolist() == [1, 1], "nothing may be done whatever is asked"
-    assert sizes(FAST, 0, 3).tolist() == [1, 1, 1]
+def test_room_says_how_many_times_an_input_fits_in_the_set_of_its_step() -> None:
+    inputs = np.tile([2.0, -2.0], (8, 1))
+    assert room(TIRING, inputs).tolist() == pytest.approx([5, 5, 5, 1.25, 1.25, 1.25, 1.25, 0])
+    assert room(FAST, inputs[:2] / 100).tolist() == [10, 10]
+    assert room(FAST, inputs[:1] * 0).tolist() == [10]
+    assert room(Polytope.from_vertices([[1, 1], [2, 1], [1, 2]]), inputs[:1]).tolist() == [0]
 
 
 def test_the_evaluator_holds_every_control_against_the_set_of_its_step() -> None:
@@ -121,6 +122,17 @@ def test_a_point_mass_flies_straight_and_as_fast_as_can_be(
     # In whole steps, by adding up.
     gone = np.cumsum([0.0] + [speeds[min(t // 2, len(speeds) - 1)] for t in range(60)])
     assert plan.arrival == int(np.argmax(gone >= far - 1e-9))
+
+
+@given(changing().filter(lambda sets: all(s.clearance(np.zeros(2)) < 0 for _, s in sets)))
+def test_whatever_the_sets_the_straight_line_is_flown_as_fast_as_they_let(control: object) -> None:
+    mover = agent(control, goal=[20.0, 9.0])
+    plan = straight_plan(mover, 60)
+    way, flown, steps = mover.goal - mover.start, 0.0, 0
+    while flown < 1 - 1e-9 and steps < 60:
+        flown += float(room(later(mover.control, steps), way[None] / 10)[0]) / 10
+        steps += 1
+    assert (None if plan is None else plan.arrival) == (steps if flown >= 1 - 1e-9 else None)
 
 
 def test_a_red_light_at_the_start_is_waited_for() -> None:
