@@ -35,7 +35,8 @@ def test_the_games_are_as_mixed_as_they_are_said_to_be():
         assert 5 < sum(bool(wanted(agent)) for agent in agents) < len(agents)
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
 def test_all_programs_agree_with_the_reference(seed):
     mixed = mixed_game(seed)
     game = mixed.game
@@ -90,7 +91,8 @@ def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
 
 
 def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the_other():
-    # Time costs nothing here, so every arrival has to be proved: 60,000 programs without lemmas.
+    # Time costs nothing here, so every arrival has to be proved; without the prices of walls the
+    # bound is at 48 after 5,000 programs.
     game = mixed_game(252).game
     found = engine_search(game, (0, 1), objective.social(game), None, Clock(None, 3000))
     assert found.status is Status.OPTIMAL
