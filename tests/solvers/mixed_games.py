@@ -26,12 +26,12 @@ class Mixed:
     profile: Profile
 
 
-def mixed_game(seed: int) -> Mixed:
-    """The game of a seed: two agents that cross near the origin, in one to three dimensions."""
+def mixed_game(seed: int, count: int = 2) -> Mixed:
+    """The game of a seed: ``count`` agents that cross near the origin, in one to three dimensions."""
     random = np.random.default_rng(seed)
     dim = int(random.choice([1, 2, 2, 2, 3]))
     while True:
-        movers = [_mover(random, dim, k) for k in range(2)]
+        movers = [_mover(random, dim, k) for k in range(count)]
         walls = tuple(_wall(random, dim) for _ in range(int(random.integers(0, 2))))
         try:
             game = Game(
@@ -64,7 +64,7 @@ def _mover(random: np.random.Generator, dim: int, k: int) -> tuple[Agent, np.nda
     }
     start = np.zeros(n)
     towards = np.zeros(dim)
-    towards[k % dim] = 1.0 if dim > 1 or k == 0 else -1.0
+    towards[k % dim] = 1.0 if k < dim else -1.0
     start[:dim] = -towards * random.uniform(4, 8) + random.uniform(-1, 1, dim)
     if n > dim and random.random() < 0.5:
         start[dim:] = towards * random.uniform(0, 2)

@@ -47,6 +47,14 @@ def test_all_programs_agree_with_the_reference(seed):
             both(game, (0, 1), weights, None)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_three_agents_agree_with_the_reference(seed):
+    game = mixed_game(seed, 3).game
+    for weights in (objective.social(game), objective.potential(game)):
+        both(game, range(3), weights, None)
+
+
 @pytest.mark.parametrize("seed", range(24))
 def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
     game = mixed_game(seed).game
