@@ -27,7 +27,7 @@ class Mixed:
 
 
 def mixed_game(seed: int, count: int = 2) -> Mixed:
-    """The game of a seed: ``count`` agents that cross near the origin, in one to three dimensions."""
+    """The game of a seed: agents that cross near the origin, in one to three dimensions."""
     random = np.random.default_rng(seed)
     dim = int(random.choice([1, 2, 2, 2, 3]))
     while True:
