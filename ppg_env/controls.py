@@ -17,7 +17,7 @@ from ppg_env.polytope import Polytope
 Controls = Polytope | tuple[tuple[int, Polytope], ...]
 """A polytope, or pairs (first step, polytope) in the order of time, the first from step 0 on."""
 
-MOST_ROOM = 10.0
+MOST_ROOM = 100.0
 """An input that fits so many times is as good as zero: the others need not be made smaller."""
 
 LATEST = 10_000
@@ -130,16 +130,15 @@ def excess(control: Controls, inputs: np.ndarray) -> float:
 
 
 def room(control: Controls, inputs: np.ndarray) -> np.ndarray:
-    """(t,) how many times each of ``inputs``, played from step 0 on, fits in its set; at most 10.
+    """(t,) how many times each of ``inputs``, played from step 0 on, fits in its set; at most 100.
 
-    Zero where the set does not hold rest.
+    Zero where the set lies on another side.
     """
     result = np.empty(len(inputs))
-    for t, wanted in enumerate(inputs):
-        normals, offsets = set_at(control, t).faces
-        along = normals @ wanted
-        fits = np.divide(offsets, along, out=np.full(len(along), MOST_ROOM), where=along > 0)
-        result[t] = np.clip(fits.min(), 0.0, MOST_ROOM)
+    for steps, held in spans(control, len(inputs)):
+        along = inputs[steps] @ held.normals.T
+        fits = np.divide(held.offsets, along, out=np.full(along.shape, MOST_ROOM), where=along > 0)
+        result[steps] = fits.min(axis=1).clip(0.0, MOST_ROOM)
     return result
 
 

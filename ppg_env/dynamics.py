@@ -96,7 +96,7 @@ class BackwardReach:
 def _support_sums(
     agent: Agent, directions: np.ndarray, turn: np.ndarray, count: int
 ) -> list[np.ndarray]:
-    """For each control set, (count+1, F) sums of h(B' (turn^l)' a) over l < 0, 1, .. ``count``."""
+    """For each control set, (count+1, F) sums of h(B' (turn^l)' a) over l < k, k = 0..``count``."""
     sums = [np.zeros((count + 1, len(directions))) for _ in pieces(agent.control)]
     rows = np.array(directions)
     for k in range(count):

@@ -103,14 +103,14 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
         power = power @ agent.A
         effect = select @ np.hstack(blocks[::-1])
         wanted = agent.goal - select @ power @ agent.start
-        bearing = np.ones(t)
-        for _ in range(2):
-            steps = _least_effort(effect, wanted, bearing)
-            reached = np.abs(effect @ steps.ravel() - wanted).max() <= tol.LENGTH
-            if reached and excess(agent.control, steps) <= tol.CONTROL:
-                controls[:t] = steps
-                return make_plan(agent, controls)
-            bearing = np.sqrt(room(agent.control, steps))
+        steps = _least_effort(effect, wanted, np.ones(t))
+        left = room(agent.control, steps)
+        if left.min() < 1 < left.max():  # some bear too much, and others could bear more
+            steps = _least_effort(effect, wanted, np.sqrt(left))
+        reached = np.abs(effect @ steps.ravel() - wanted).max() <= tol.LENGTH
+        if reached and excess(agent.control, steps) <= tol.CONTROL:
+            controls[:t] = steps
+            return make_plan(agent, controls)
     return None
 
 

@@ -92,8 +92,8 @@ def test_the_box_holds_all_sets_and_the_excess_is_that_of_the_worst_step(
 def test_room_says_how_many_times_an_input_fits_in_the_set_of_its_step() -> None:
     inputs = np.tile([2.0, -2.0], (8, 1))
     assert room(TIRING, inputs).tolist() == pytest.approx([5, 5, 5, 1.25, 1.25, 1.25, 1.25, 0])
-    assert room(FAST, inputs[:2] / 100).tolist() == [10, 10]
-    assert room(FAST, inputs[:1] * 0).tolist() == [10]
+    assert room(FAST, inputs[:2] / 1000).tolist() == [100, 100]
+    assert room(FAST, inputs[:1] * 0).tolist() == [100]
     assert room(Polytope.from_vertices([[1, 1], [2, 1], [1, 2]]), inputs[:1]).tolist() == [0]
 
 
