@@ -42,6 +42,9 @@ REWARD_SCALE = 10.0
 class GameVecEnv(VecEnv):
     """``copies`` of ``game`` as a ``VecEnv``; actions are in [-1, 1], the box around the controls.
 
+    Where an agent's control set changes over time, that box holds all of its sets, and the
+    environment projects on the one that holds: the same action means the same input at all times.
+
     Parameters
     ----------
     game, rules, copies
@@ -82,7 +85,8 @@ class GameVecEnv(VecEnv):
         self.weights = weights
         self._pace = _pace(game, tables.scale) * shaping
         self._scale, self._bootstrap = reward_scale, bootstrap
-        self._middle, self._half = (tables.high + tables.low) / 2, (tables.high - tables.low) / 2
+        low, high = self.simulator.low, self.simulator.high
+        self._middle, self._half = (high + low) / 2, (high - low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
         self._shape = (copies, len(self.learners))
         size = self.simulator.observation_size + (weights is not None)

@@ -3,7 +3,10 @@ r"""A trained policy as plain arrays, and the player it makes; needs NumPy alone
 x = observation, and lam if the policy is conditioned on it
 x <- activation(W x + b)         hidden layers
 a = clip(W x + b, -1, 1), or tanh of it
-u = middle + half * a            the box around the agent's control set
+u = middle + half * a            the box around all of the agent's control sets
+
+Where the control set changes over time the box stays the same, and the environment projects u on
+the set that holds.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env.controls import bounds
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.players import Player, View, straight_players
@@ -106,8 +110,7 @@ class LearnedPlayer:
             f"game has {seen} and {self._size}",
             "play it in a game of the size that it was trained in",
         )
-        low = -mover.control.support(-np.eye(self._size))
-        high = mover.control.support(np.eye(self._size))
+        low, high = bounds(mover.control)
         self._middle, self._half = (high + low) / 2, (high - low) / 2
 
     def act(self, view: View) -> np.ndarray:

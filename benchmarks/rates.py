@@ -72,7 +72,7 @@ def batched_rates(steps: int, seed: int) -> tuple[float, float]:
     """Agent-steps per second of the simulator, and of drawing the normals that it needs."""
     simulator = Simulator(make_game("head_on"), copies=COPIES, seed=seed)
     simulator.reset()
-    shape = (8, COPIES, *simulator.tables.low.shape)
+    shape = (8, COPIES, *simulator.low.shape)
     actions = np.random.default_rng(seed).uniform(-10, 10, shape)
     # The normals come first and last: a machine that speeds up or slows down is averaged out.
     before = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)

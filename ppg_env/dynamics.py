@@ -2,16 +2,22 @@ r"""Linear dynamics of one agent: means, covariances, and what it can reach.
 
 mean        xbar_{t+1}  = A xbar_t + B ubar_t
 covariance  Sigma_{t+1} = (A - B K) Sigma_t (A - B K)' + noise,   Sigma_0 = sigma0
-reach       max a.xbar_t = a.A^t x_0 + sum_k h_U(B' (A^{t-k-1})' a),   h_U the support of U
+reach       max a.xbar_t = a.A^t x_0 + sum_{k<t} h_k(B' (A^{t-k-1})' a),
+            h_k the support of U_k, the control set of step k
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
+from ppg_env.controls import pieces
 from ppg_env.game import Agent
+
+WORST_CONDITION = 1e8
+"""Beyond that the inverse of A is noise."""
 
 
 def rollout(agent: Agent, controls: np.ndarray) -> np.ndarray:
@@ -43,13 +49,67 @@ def square_root(covariance: np.ndarray) -> np.ndarray:
 
 def reach_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray:
     """(H+1, F) largest value of a . xbar_t over all controls, for ``directions`` (F, n)."""
-    drift, rows, total = agent.start, np.array(directions), np.zeros(len(directions))
-    result = np.empty((horizon + 1, len(directions)))
+    drift, result = agent.start, np.empty((horizon + 1, len(directions)))
     for t in range(horizon + 1):
-        result[t] = directions @ drift + total
-        total = total + agent.control.support(rows @ agent.B)
-        drift, rows = agent.A @ drift, rows @ agent.A
+        result[t] = directions @ drift
+        drift = agent.A @ drift
+    times, sums = np.arange(horizon + 1), _support_sums(agent, directions, agent.A, horizon)
+    for (first, last), total in zip(_spans(agent, horizon), sums, strict=True):
+        # A^l B at time t belongs to the control of step t - 1 - l.
+        result += total[np.maximum(times - first, 0)] - total[np.maximum(times - last, 0)]
     return result
+
+
+class BackwardReach:
+    """Largest a . xbar_t over states from which the goal can be met, for ``directions`` (F, n).
+
+    With k = T - t steps to go,  x_t = A^-k goal - sum_{l<k} A^-(l+1) B u_{t+l},  which needs an
+    invertible A and a goal that fixes the whole state.
+    """
+
+    def __init__(self, agent: Agent, directions: np.ndarray, horizon: int) -> None:
+        inverse, rows = np.linalg.inv(agent.A), np.array(directions)
+        self._goal = np.empty((horizon + 1, len(directions)))
+        for k in range(horizon + 1):
+            self._goal[k] = rows @ agent.goal
+            rows = rows @ inverse
+        self._sums = _support_sums(agent, -directions @ inverse, inverse, horizon)
+        self._spans = _spans(agent, horizon)
+
+    @staticmethod
+    def exists(agent: Agent) -> bool:
+        """Whether there is one for the agent."""
+        regular = np.linalg.cond(agent.A) <= WORST_CONDITION
+        return bool(agent.goal.size == agent.state_dim and regular)
+
+    def upper(self, arrival: int) -> np.ndarray:
+        """(T+1, F) bounds at t = 0..T for plans that meet the goal at T = ``arrival``."""
+        times = np.arange(arrival + 1)
+        left = arrival - times
+        result = self._goal[left]
+        for (first, last), total in zip(self._spans, self._sums, strict=True):
+            result = result + total[np.clip(last - times, 0, left)]
+            result = result - total[np.clip(first - times, 0, left)]
+        return result
+
+
+def _support_sums(
+    agent: Agent, directions: np.ndarray, turn: np.ndarray, count: int
+) -> list[np.ndarray]:
+    """For each control set, (count+1, F) sums of h(B' (turn^l)' a) over l < k, k = 0..``count``."""
+    sums = [np.zeros((count + 1, len(directions))) for _ in pieces(agent.control)]
+    rows = np.array(directions)
+    for k in range(count):
+        for total, (_, held) in zip(sums, pieces(agent.control), strict=True):
+            total[k + 1] = total[k] + held.support(rows @ agent.B)
+        rows = rows @ turn
+    return sums
+
+
+def _spans(agent: Agent, horizon: int) -> list[tuple[int, int]]:
+    """First step of each control set, and of the one after it; both at most ``horizon``."""
+    firsts = [min(first, horizon) for first, _ in pieces(agent.control)] + [horizon]
+    return list(pairwise(firsts))
 
 
 def plan_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray:
@@ -57,26 +117,19 @@ def plan_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray
 
     The smaller of what can be reached from the start and what can still reach the goal.  The
     second half holds where an arrived agent could rest at its goal, so that the mean may be
-    continued there: A goal = goal with 0 in U, the whole state fixed, and A invertible.
+    continued there: A goal = goal with 0 in every U_t, the whole state fixed, and A invertible.
     """
     forward = reach_upper(agent, directions, horizon)
     if not _can_rest_at_goal(agent):
         return forward
-    backward, inverse = np.empty_like(forward), np.linalg.inv(agent.A)
-    rows, total = np.array(directions) @ inverse, np.zeros(len(directions))
-    for t in range(horizon, -1, -1):
-        # k = H - t steps remain: x = A^-k (goal - sum_l A^l B u_l) and A^-k goal = goal.
-        backward[t] = directions @ agent.goal + total
-        total = total + agent.control.support(-rows @ agent.B)
-        rows = rows @ inverse
-    return np.minimum(forward, backward)
+    return np.minimum(forward, BackwardReach(agent, directions, horizon).upper(horizon))
 
 
 def _can_rest_at_goal(agent: Agent) -> bool:
-    whole = agent.goal.size == agent.state_dim
-    idle = agent.control.clearance(np.zeros(agent.control_dim)) <= 0
-    regular = np.linalg.cond(agent.A) < 1e8  # beyond that the inverse is noise
-    return bool(whole and idle and regular and np.array_equal(agent.A @ agent.goal, agent.goal))
+    nothing = np.zeros(agent.control_dim)
+    idle = all(held.clearance(nothing) <= 0 for _, held in pieces(agent.control))
+    rests = BackwardReach.exists(agent) and np.array_equal(agent.A @ agent.goal, agent.goal)
+    return bool(idle and rests)
 
 
 def goal_selector(agent: Agent) -> np.ndarray:
@@ -112,10 +165,11 @@ def _reachable_at(agent: Agent, t: int) -> bool:
     for _ in range(t):
         blocks.append(power @ agent.B)
         power = power @ agent.A
+    faces = [agent.control_at(k).faces for k in reversed(range(t))]
     answer = linprog(
         np.zeros(t * agent.control_dim),
-        A_ub=block_diag([agent.control.normals] * t),
-        b_ub=np.tile(agent.control.offsets, t),
+        A_ub=block_diag([normals for normals, _ in faces]),
+        b_ub=np.concatenate([offsets for _, offsets in faces]),
         A_eq=select @ np.hstack(blocks),
         b_eq=agent.goal - select @ power @ agent.start,
         bounds=(None, None),

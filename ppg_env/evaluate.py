@@ -21,6 +21,7 @@ import numpy as np
 
 from ppg_env import objective
 from ppg_env import tolerances as tol
+from ppg_env.controls import excess
 from ppg_env.dynamics import covariances, goal_selector, rollout
 from ppg_env.errors import InputError
 from ppg_env.game import Encounter, Game
@@ -33,7 +34,7 @@ class Residuals:
 
     Attributes
     ----------
-    control : (N,) largest distance of a control beyond a face of U.
+    control : (N,) largest distance of a control beyond a face of its step's U.
     goal : (N,) largest component by which the mean misses the goal, at arrival or at the end.
     overlap : (E,) largest penetration of the means in traffic.
     """
@@ -270,8 +271,7 @@ def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:
     control, goal = np.zeros(len(profile)), np.zeros(len(profile))
     for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
         end = game.horizon if plan.arrival is None else plan.arrival
-        if end:
-            control[i] = max(0.0, float(agent.control.clearance(plan.controls[:end]).max()))
+        control[i] = max(0.0, excess(agent.control, plan.controls[:end]))
         mean = rollout(agent, plan.controls[:end])[-1]
         goal[i] = float(np.abs(goal_selector(agent) @ mean - agent.goal).max())
     means = [plan.means[:, : game.dim] for plan in profile]

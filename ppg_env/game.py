@@ -19,6 +19,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.checks import covariance, finite_array, finite_number, matrix, scalar_or_matrix
+from ppg_env.controls import Controls, checked_controls, pieces, set_at
 from ppg_env.errors import InputError, placed, require
 from ppg_env.polytope import Polytope, collision_set
 from ppg_env.records import Record
@@ -42,7 +43,9 @@ class Agent(Record):
     lam : weight of time against safety, 0 <= lam < 1; lower means that safety matters more.
     gain : (m, n) feedback u = ubar - gain (x - xbar); a number k stands for k I.
     shape : body around the reference position, a polytope in d dimensions.
-    control : polytope of admissible inputs, in m dimensions.
+    control : polytope of admissible inputs, in m dimensions; or, where it changes over time, pairs
+        of a step and the polytope that holds from it on: ((0, slow), (5, fast)).  The last one
+        holds for ever.  See :meth:`control_at`.
     noise : (n, n) covariance added at every step; a number s stands for s I.
     A, B : (n, n) and (n, m) dynamics; identities unless given.
     sigma0 : (n, n) covariance at time 0; zero unless given.
@@ -52,7 +55,7 @@ class Agent(Record):
     start: np.ndarray
     goal: np.ndarray
     shape: Polytope
-    control: Polytope
+    control: Controls
     lam: float = 0.5
     # Numbers and None stand for the matrices that __post_init__ puts in their place.
     gain: np.ndarray = 0.0  # type: ignore[assignment]
@@ -75,15 +78,15 @@ class Agent(Record):
         )
         put("start", start)
         n = start.size
-        for name in ("shape", "control"):
-            require(
-                isinstance(getattr(self, name), Polytope),
-                name,
-                "is not a polytope",
-                "give a Polytope, such as Polytope.box([15.0, 15.0])",
-            )
+        require(
+            isinstance(self.shape, Polytope),
+            "shape",
+            "is not a polytope",
+            "give a Polytope, such as Polytope.box([15.0, 15.0])",
+        )
+        put("control", checked_controls(self.control))
         put("A", matrix(np.eye(n) if self.A is None else self.A, (n, n), "A"))
-        m = self.control.dim
+        m = self.control_dim
         if self.B is None:
             require(
                 m == n,
@@ -147,12 +150,16 @@ class Agent(Record):
     @property
     def control_dim(self) -> int:
         """Number m of control components."""
-        return self.control.dim
+        return pieces(self.control)[0][1].dim
 
     @property
     def dim(self) -> int:
         """Number d of position components."""
         return self.shape.dim
+
+    def control_at(self, step: int) -> Polytope:
+        """The set U_t of admissible inputs at a step t."""
+        return set_at(self.control, step)
 
     @property
     def closed_loop(self) -> np.ndarray:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.checks import finite_array
+from ppg_env.controls import Controls, checked_controls
 from ppg_env.errors import InputError, placed, require
 from ppg_env.game import Agent, Game
 from ppg_env.polytope import Polytope
@@ -101,9 +102,8 @@ def _agent(table: Mapping[str, Any]) -> Agent:
     values = dict(table)
     with placed("shape"):
         values["shape"] = read_shape(table["shape"])
-    with placed("control"):
-        inputs = _width(table["B"]) if "B" in table else _length(table["start"])
-        values["control"] = read_control(table["control"], inputs)
+    inputs = _width(table["B"]) if "B" in table else _length(table["start"])
+    values["control"] = read_control(table["control"], inputs)
     return Agent(**values)
 
 
@@ -122,7 +122,28 @@ def read_shape(table: Any) -> Polytope:
     return _general_polytope(table, ("box", "l1", "disc", "vertices", "normals and offsets"))
 
 
-def read_control(table: Any, dim: int) -> Polytope:
+def read_control(value: Any, dim: int) -> Controls:
+    """A control set, or a list of them, all but the first with the step ``from`` which they hold.
+
+    Raises
+    ------
+    InputError
+        If a set or step is wrong; its place is ``control`` or one of the list.
+    """
+    if not isinstance(value, list):
+        with placed("control"):
+            return _read_set(value, dim)
+    require(bool(value), "control", "is an empty list", "write { box = [10.0, 10.0] }, for one")
+    found = []
+    for k, table in enumerate(value):
+        with placed(f"control[{k}]"):
+            rest = dict(_table(table, ""))
+            require(k == 0 or "from" in rest, "", "has no step", "add one, such as from = 5")
+            found.append((rest.pop("from", 0), _read_set(rest, dim)))
+    return checked_controls(found)
+
+
+def _read_set(table: Any, dim: int) -> Polytope:
     """A ``{ box = [largest values] }``, ``l1``, ``disc`` and ``sides``, or a shape."""
     table = _table(table, "")
     if "box" in table:
@@ -161,6 +182,12 @@ def _shape_table(shape: Polytope) -> dict[str, Any]:
     return {"vertices": shape.params[0].tolist()}
 
 
+def _control_tables(control: Controls) -> dict[str, Any] | list[dict[str, Any]]:
+    if isinstance(control, Polytope):
+        return _control_table(control)
+    return [({"from": first} if first else {}) | _control_table(held) for first, held in control]
+
+
 def _control_table(control: Polytope) -> dict[str, Any]:
     if control.kind == "box":
         return {"box": (control.params[0] / 2).tolist()}
@@ -177,7 +204,7 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
         "lam": agent.lam,
         "gain": np.asarray(agent.gain).tolist(),
         "shape": _shape_table(agent.shape),
-        "control": _control_table(agent.control),
+        "control": _control_tables(agent.control),
         "noise": np.asarray(agent.noise).tolist(),
     }
     if not np.array_equal(agent.A, np.eye(n)):

@@ -42,9 +42,9 @@ def step(
         _price_margins(g.axes, status, clock, state, lam, g.margin_cap, g.pair,
                        g.normals, g.offsets, g.first_face, g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, clock, action, noise, g.A, g.B, g.root,
-          g.separable, g.projection, g.low, g.high, g.edges, g.first_edge, g.input_normals,
-          g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance, g.schedule,
-          g.scheduled, lam, arrived, time_cost)  # fmt: skip
+          g.separable, g.control_set, g.projection, g.low, g.high, g.edges, g.first_edge,
+          g.input_normals, g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance,
+          g.schedule, g.scheduled, lam, arrived, time_cost)  # fmt: skip
     _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
              overlap)  # fmt: skip
     _settle(status, alive, clock, crashed, lam, g.crash_cost, g.margin_reward, g.remove_crashed,
@@ -176,14 +176,15 @@ def _price_margins(
 @njit(cache=True)
 def _move(
     state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
-    projection, low, high, edges, first_edge, input_normals, input_offsets, first_input,
-    goal, goal_size, tolerance, schedule, scheduled, lam, arrived, time_cost,
+    control_set, projection, low, high, edges, first_edge, input_normals, input_offsets,
+    first_input, goal, goal_size, tolerance, schedule, scheduled, lam, arrived, time_cost,
 ):  # fmt: skip
     """Move by x' = A x + B u + root noise those in traffic, who pay for it; see who arrives."""
     C, N = status.shape
     n, m = len(state_axes), len(input_axes)
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
+        held = min(clock[c], control_set.shape[0] - 1)
         clock[c] += 1
         for i in range(N):
             arrived[c, i] = False
@@ -191,23 +192,24 @@ def _move(
                 time_cost[c, i] = 0.0
                 continue
             time_cost[c, i] = lam[c, i]
-            kind = projection[i]
+            v = control_set[held, i]
+            kind = projection[v]
             if separable[i]:  # the paper's case: every axis by itself, nothing kept in between
                 for k in range(n):
                     push = action[c, i, k]
                     if kind == BOX:
-                        push = min(max(push, low[i, k]), high[i, k])
+                        push = min(max(push, low[v, k]), high[v, k])
                     value = A[i, k, k] * state[c, i, k] + root[i, k, k] * noise[c, i, k]
                     state[c, i, k] = value + B[i, k, k] * push
             else:
                 for k in range(m):
                     u[k] = action[c, i, k]
                     if kind == BOX:
-                        u[k] = min(max(u[k], low[i, k]), high[i, k])
+                        u[k] = min(max(u[k], low[v, k]), high[v, k])
                 if kind == POLYGON:
-                    _to_polygon(edges, first_edge[i], first_edge[i + 1], u)
+                    _to_polygon(edges, first_edge[v], first_edge[v + 1], u)
                 elif kind == FACES:
-                    first, last = first_input[i], first_input[i + 1]
+                    first, last = first_input[v], first_input[v + 1]
                     _hildreth(input_normals, input_offsets, first, last, u)
                 for k in range(n):
                     value = 0.0

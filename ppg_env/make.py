@@ -145,10 +145,13 @@ def _for_agent(key: str, value: Any, i: int, count: int) -> list[Any]:
 
 def _polytope(key: str, value: Any, agent: Agent) -> Any:
     """Shapes and control sets may be written as in a game file."""
-    if key not in ("shape", "control") or not isinstance(value, Mapping):
+    tables = value if isinstance(value, list) and value else [value]
+    if key not in ("shape", "control") or not all(isinstance(one, Mapping) for one in tables):
         return value
+    if key == "control":
+        return read_control(value, agent.control_dim)
     with placed(key):
-        return read_shape(value) if key == "shape" else read_control(value, agent.control_dim)
+        return read_shape(value)
 
 
 def _call(text: str) -> tuple[str, Course]:

@@ -24,13 +24,14 @@ class PathPlanningEnv(ParallelEnv):
     r"""A path planning game, played step by step.
 
     N agents with noisy linear dynamics head for their goals; every step all of them move at once:
-    x' = A x + B u + w, with u the action projected on the control set and w ~ N(0, noise).
+    x' = A x + B u + w, with u the action projected on the control set and w ~ N(0, noise).  Control
+    sets may change over time; the last one holds for ever.
 
     **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game.
 
-    **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set, in
-    lengths per step for the paper's dynamics.  Actions outside the control set are projected on
-    it (``saturation="clip"``).
+    **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set (around
+    all of them, where it changes over time), in lengths per step for the paper's dynamics.
+    Actions outside the set that holds at the step are projected on it (``saturation="clip"``).
 
     **Observations**: ``Box`` of shape (n + d + 2 + (N - 1)(1 + n),), float32, unbounded, lengths
     divided by ``scale`` (half the largest extent of starts and goals).  n state and d position
@@ -124,15 +125,15 @@ class PathPlanningEnv(ParallelEnv):
         self.agents: list[str] = []
         self._index = {name: i for i, name in enumerate(self.possible_agents)}
         self.simulator = Simulator(self.game, self.rules, seed=None)
-        tables, size = self.simulator.tables, self.simulator.observation_size
-        self._actions = np.zeros((1, *tables.low.shape))
+        low, high, size = self.simulator.low, self.simulator.high, self.simulator.observation_size
+        self._actions = np.zeros((1, *low.shape))
         self.observation_spaces = {
             name: Box(-np.inf, np.inf, (size,), np.float32) for name in self.possible_agents
         }
         self.action_spaces = {
             name: Box(
-                tables.low[i, : agent.control_dim].astype(np.float32),
-                tables.high[i, : agent.control_dim].astype(np.float32),
+                low[i, : agent.control_dim].astype(np.float32),
+                high[i, : agent.control_dim].astype(np.float32),
             )
             for i, (name, agent) in enumerate(
                 zip(self.possible_agents, self.game.agents, strict=True)

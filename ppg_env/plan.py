@@ -14,6 +14,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.checks import numbers
+from ppg_env.controls import excess, room
 from ppg_env.dynamics import goal_selector, rollout
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
@@ -89,7 +90,9 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
 
     With A = B = I that is the straight line at constant speed.  Least effort is the
     minimum-norm solution of the reachability equation; a time is admitted when those controls
-    lie in U.  None when no time up to ``horizon`` is.
+    lie in their sets, or those of least sum |u_t|^2 / room_t do, which bear what the first leave
+    room for: where speed sets change, the straight line is flown as fast as they let.  None when
+    no time up to ``horizon`` is admitted.
     """
     select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
     controls = np.zeros((horizon, agent.control_dim))
@@ -100,10 +103,19 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
         power = power @ agent.A
         effect = select @ np.hstack(blocks[::-1])
         wanted = agent.goal - select @ power @ agent.start
-        effort = np.linalg.lstsq(effect, wanted, rcond=None)[0]
-        steps = effort.reshape(t, agent.control_dim)
-        reached = np.abs(effect @ effort - wanted).max() <= tol.LENGTH
-        if reached and agent.control.clearance(steps).max() <= tol.CONTROL:
+        steps = _least_effort(effect, wanted, np.ones(t))
+        left = room(agent.control, steps)
+        if left.min() < 1 < left.max():  # some bear too much, and others could bear more
+            steps = _least_effort(effect, wanted, np.sqrt(left))
+        reached = np.abs(effect @ steps.ravel() - wanted).max() <= tol.LENGTH
+        if reached and excess(agent.control, steps) <= tol.CONTROL:
             controls[:t] = steps
             return make_plan(agent, controls)
     return None
+
+
+def _least_effort(effect: np.ndarray, wanted: np.ndarray, bearing: np.ndarray) -> np.ndarray:
+    """(t, m) controls with ``effect`` u = ``wanted`` and the least sum of |u_k / bearing_k|^2."""
+    share = np.repeat(bearing, effect.shape[1] // len(bearing))
+    effort = share * np.linalg.lstsq(effect * share, wanted, rcond=None)[0]
+    return effort.reshape(len(bearing), -1)

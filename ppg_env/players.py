@@ -17,6 +17,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ppg_env.controls import clearance
+from ppg_env.dynamics import goal_selector
 from ppg_env.errors import require
 from ppg_env.game import Agent, Game
 from ppg_env.plan import Plan, Profile, straight_plan
@@ -79,7 +81,7 @@ class Tracker:
         action = self._controls[t] - (state - self._means[t]) @ self._mover.gain.T
         late = view.clock >= self._end
         if late.any():
-            action[late] = self._homing.towards_goal(state[late])
+            action[late] = self._homing.towards_goal(state[late], view.clock[late])
         return action
 
 
@@ -87,8 +89,8 @@ class Homing:
     """Heads straight for the goal from wherever it is, and ignores everybody.
 
     It plays the first control of the least-effort plan that reaches the goal in k steps, with the
-    smallest k up to ``horizon`` for which that control is admissible; if there is none, the one
-    for the longest k (the environment projects it).
+    smallest k up to ``horizon`` for which that control is admissible now; if there is none, the
+    one for the longest k (the environment projects it).
     """
 
     information = "own state"
@@ -99,16 +101,20 @@ class Homing:
 
     def act(self, view: View) -> np.ndarray:
         """Actions (C, m) towards the goal."""
-        return self.towards_goal(view.state[:, self._agent, : self._mover.state_dim])
+        state = view.state[:, self._agent, : self._mover.state_dim]
+        return self.towards_goal(state, view.clock)
 
-    def towards_goal(self, state: np.ndarray) -> np.ndarray:
-        """First control (C, m) of the shortest least-effort plan home from ``state`` (C, n)."""
+    def towards_goal(self, state: np.ndarray, clock: np.ndarray) -> np.ndarray:
+        """First control (C, m) of the shortest least-effort plan home from ``state`` (C, n).
+
+        ``clock`` (C,) is the step that each copy is at.
+        """
         action, waiting = np.empty((len(state), self._mover.control_dim)), np.arange(len(state))
         for k, (matrix, offset) in enumerate(self._laws):
             action[waiting] = state[waiting] @ matrix.T + offset
             if k + 1 < len(self._laws):
-                far = self._mover.control.clearance(action[waiting]) > 1e-9
-                waiting = waiting[far]
+                beyond = clearance(self._mover.control, action[waiting], clock[waiting])
+                waiting = waiting[beyond > 1e-9]
             if not waiting.size:
                 break
         return action
@@ -120,8 +126,6 @@ def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.n
     Step counts from which the goal cannot be hit (more goal components than inputs so far) are
     left out.
     """
-    from ppg_env.dynamics import goal_selector
-
     select, power = goal_selector(agent), np.eye(agent.state_dim)
     blocks: list[np.ndarray] = []
     laws: list[tuple[np.ndarray, np.ndarray]] = []

@@ -161,6 +161,11 @@ class Polytope(Record):
         """(F,) with normals x <= offsets inside."""
         return self.faces[1]
 
+    @cached_property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest value (d,) of every coordinate."""
+        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Return max_p (a_p x - b_p) for ``points`` (..., d); negative inside."""
         return (points @ self.normals.T - self.offsets).max(axis=-1)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ppg_env.controls import bounds
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.players import View
@@ -62,6 +63,7 @@ class Simulator:
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time that rewards are counted with, the game's unless changed.
+    low, high : (N, m) the box around all of an agent's control sets, zero where it has no input.
     """
 
     def __init__(
@@ -75,6 +77,10 @@ class Simulator:
         C, self.copies = copies, copies
         self.observation_size = observation_size(n, d, N)
         self.action_size = m
+        self.low, self.high = np.zeros((N, m)), np.zeros((N, m))
+        for i, agent in enumerate(game.agents):
+            box = slice(agent.control_dim)
+            self.low[i, box], self.high[i, box] = bounds(agent.control)
         self.state = np.zeros((C, N, n))
         self.status = np.zeros((C, N), dtype=np.int8)
         self.alive = np.zeros((C, N), dtype=np.bool_)

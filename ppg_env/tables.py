@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.controls import pieces
 from ppg_env.dynamics import square_root
 from ppg_env.evaluate import encounter_units
 from ppg_env.game import Game
@@ -31,8 +32,9 @@ class Tables(NamedTuple):
     start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
     A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
     separable (N,): whether every axis moves by itself, input limits included;
-    projection (N,) with low, high (N, m); edges (see :func:`_edges`) and faces of the control
-    sets, concatenated, those of agent i from ``first_edge[i]`` and ``first_input[i]`` on;
+    control_set (S, N): which control set v holds at each step, the last row for all later ones;
+    projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the control
+    sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
     pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on,
     depths = offsets less the tolerance within which bodies only touch;
     units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
@@ -53,6 +55,7 @@ class Tables(NamedTuple):
     start_root: np.ndarray
     random_start: bool
     separable: np.ndarray
+    control_set: np.ndarray
     projection: np.ndarray
     low: np.ndarray
     high: np.ndarray
@@ -88,16 +91,16 @@ def make_tables(game: Game, rules: Rules) -> Tables:
     m = max(agent.control_dim for agent in agents)
     start, goal = np.zeros((N, n)), np.zeros((N, n))
     A, B, root, start_root = (np.zeros((N, n, k)) for k in (n, m, n, n))
-    low, high = np.zeros((N, m)), np.zeros((N, m))
     for i, agent in enumerate(agents):
         k, inputs = agent.state_dim, agent.control_dim
         start[i, :k], goal[i, : agent.goal.size] = agent.start, agent.goal
         A[i, :k, :k], B[i, :k, :inputs] = agent.A, agent.B
         root[i, :k, :k], start_root[i, :k, :k] = square_root(agent.noise), square_root(agent.sigma0)
-        low[i, :inputs] = -agent.control.support(-np.eye(inputs))
-        high[i, :inputs] = agent.control.support(np.eye(inputs))
-    edges = [_edges(agent.control) for agent in agents]
-    inputs_faces = [agent.control.faces for agent in agents]
+    sets = [held for agent in agents for _, held in pieces(agent.control)]
+    low, high = np.zeros((len(sets), m)), np.zeros((len(sets), m))
+    for v, held in enumerate(sets):
+        low[v, : held.dim], high[v, : held.dim] = held.bounds
+    edges, inputs_faces = [_edges(held) for held in sets], [held.faces for held in sets]
     wide = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in inputs_faces]
     places = np.array([[*agent.start[:d], *agent.goal[:d]] for agent in agents]).reshape(-1, d)
     spread = np.ptp(places, axis=0)
@@ -115,7 +118,8 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         start_root=start_root,
         random_start=bool(start_root.any()),
         separable=np.array([_separable(game, rules, i, n, m) for i in range(N)]),
-        projection=np.array([_projection(game, rules, i) for i in range(N)]),
+        control_set=_control_set(game),
+        projection=np.array([_projection(held, rules) for held in sets]),
         low=low,
         high=high,
         edges=np.concatenate(edges),
@@ -149,8 +153,15 @@ def make_tables(game: Game, rules: Rules) -> Tables:
     )
 
 
-def _projection(game: Game, rules: Rules, agent: int) -> int:
-    control = game.agents[agent].control
+def _control_set(game: Game) -> np.ndarray:
+    """(S, N) number of the set that holds at each step, up to the last change of any."""
+    firsts = [[first for first, _ in pieces(agent.control)] for agent in game.agents]
+    steps = np.arange(max(mine[-1] for mine in firsts) + 1)
+    held = [np.searchsorted(mine, steps, side="right") - 1 for mine in firsts]
+    return np.column_stack(held) + _firsts([len(mine) for mine in firsts])[:-1]
+
+
+def _projection(control: Polytope, rules: Rules) -> int:
     if rules.saturation == "none":
         return FREE
     if control.kind == "box" or control.dim == 1:
@@ -164,7 +175,9 @@ def _separable(game: Game, rules: Rules, agent: int, states: int, inputs: int) -
     matrices = (mover.A, mover.B, square_root(mover.noise))
     square = states == mover.state_dim == mover.control_dim == inputs
     straight = square and all(np.array_equal(M, np.diag(np.diag(M))) for M in matrices)
-    return straight and _projection(game, rules, agent) in (FREE, BOX)
+    return straight and all(
+        _projection(held, rules) in (FREE, BOX) for _, held in pieces(mover.control)
+    )
 
 
 def _edges(control: Polytope) -> np.ndarray:

@@ -1,7 +1,7 @@
 r"""One program with the movers' arrivals fixed, as a linear program whose faces are switched on.
 
     minimise    sum_e omega_e sum_t l_et
-    subject to  r_i0 = start,  r_i,t+1 = A r_it + B u_it,  u_it in U,  r_i,T_i = goal
+    subject to  r_i0 = start,  r_i,t+1 = A r_it + B u_it,  u_it in U_it,  r_i,T_i = goal
                 a_p' (r_it - r_jt) - b_p >= unit_etp s_et     for the chosen face p of (e, t)
                 l_et >= c(q) + c'(q) (s_et - q)               for tangent points q
                 0 <= s_et <= cap_et
@@ -238,8 +238,9 @@ class FixedProgram:
     def _move(self, i: int, end: int) -> None:
         agent = self.game.agents[i]
         n, m = agent.state_dim, agent.control_dim
-        low, high = -agent.control.support(-np.eye(m)), agent.control.support(np.eye(m))
-        u, r = self._columns((end, m), low, high), self._columns((end + 1, n))
+        limits = np.array([agent.control_at(t).bounds for t in range(end)]).reshape(end, 2, m)
+        u = self._columns((end, m), limits[:, 0], limits[:, 1])
+        r = self._columns((end + 1, n))
         self.controls[i], self._means[i] = u, r
         self._fix(r[0], agent.start)
         self._fix(r[end, : agent.goal.size], agent.goal)
@@ -247,9 +248,9 @@ class FixedProgram:
             for k in range(n):
                 columns = [r[t + 1, k], *r[t], *u[t]]
                 self._row(columns, [1.0, *-agent.A[k], *-agent.B[k]], 0.0, 0.0)
-            if agent.control.kind != "box":
-                faces = zip(agent.control.normals, agent.control.offsets, strict=True)
-                for normal, offset in faces:
+            control = agent.control_at(t)
+            if control.kind != "box":
+                for normal, offset in zip(*control.faces, strict=True):
                     self._row(u[t], normal, -INF, float(offset))
 
     def _row(self, columns: Any, values: Any, low: float, high: float) -> None:

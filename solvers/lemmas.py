@@ -1,8 +1,9 @@
-r"""Lemmas: what three movers cost each other at least, exactly, when their arrivals are given.
+r"""Lemmas: what a few movers cost each other at least, exactly, when their arrivals are given.
 
-A part is the set of encounters among three movers; its value is the least loss that they can have
-together while everybody else is left out.  That bounds their share of any plan's losses.  (Each
-encounter alone says too little: two agents pass each other cheaply, three do not.)
+A part is a set of encounters: with more than three movers, those among three of them; with two or
+three, what each has with the obstacles.  Its value is the least loss that its movers can have in
+it while everybody else is left out.  That bounds their share of any plan's losses.  (Each pair
+alone says too little: two agents pass each other cheaply, three do not.)
 
 Values are found by trees of their own, once for all arrival vectors and for all symmetric parts.
 """
@@ -21,7 +22,7 @@ from solvers.fixed import INF, FixedProgram, Task, meetings
 from solvers.symmetry import Symmetry
 
 PATIENCE = 500
-"""Linear programs after which a search with more than three movers takes up lemmas."""
+"""Linear programs after which a search takes up lemmas."""
 
 MOST = 3000
 """Linear programs for one part: what is proved by then is a lemma, too."""
@@ -40,7 +41,7 @@ class Lemmas:
         self._task, self._symmetries, self._clock = task, symmetries, clock
         self._begun, self._spent = clock.used, 0
         self._known: dict[tuple[Part, tuple[tuple[int, int], ...]], float] = {}
-        self.parts = _triples(task)
+        self.parts = _triples(task) or _alone(task)
 
     @property
     def due(self) -> bool:
@@ -108,6 +109,18 @@ def concerned(task: Task) -> list[int]:
     """The encounters that involve a mover."""
     movers = set(task.movers)
     return [e for e, one in enumerate(task.game.encounters) if movers & set(one.agents)]
+
+
+def _alone(task: Task) -> list[Part]:
+    """Each mover's weighty encounters with obstacles, if there are several movers."""
+    if len(task.movers) < 2:
+        return []
+    weighty = [e for e in concerned(task) if task.weights.encounter[e] > 0]
+    fixed = [e for e in weighty if task.game.encounters[e].obstacle is not None]
+    groups = (
+        tuple(e for e in fixed if task.game.encounters[e].agents == (i,)) for i in task.movers
+    )
+    return [part for part in groups if part]
 
 
 def _triples(task: Task) -> list[Part]:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ppg_env import objective
+from ppg_env.controls import later
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game, override
 from ppg_env.plan import Plan, Profile
@@ -72,7 +73,7 @@ class RecedingHorizon:
         state = view.state[copy, self._agent, : mover.state_dim]
         step = t - begun
         if plan.arrival is None or step >= plan.arrival:
-            return self._homing.towards_goal(state[None])[0]
+            return self._homing.towards_goal(state[None], view.clock[[copy]])[0]
         return plan.controls[step] - mover.gain @ (state - plan.means[step])
 
     def _replan(self, copy: int, t: int, view: View) -> None:
@@ -80,7 +81,8 @@ class RecedingHorizon:
         agents, plans = [], []
         for i, agent in enumerate(game.agents):
             state = view.state[copy, i, : agent.state_dim]
-            agents.append(override(agent, start=state, sigma0=np.zeros_like(agent.sigma0)))
+            to_come = later(agent.control, t)
+            agents.append(override(agent, start=state, control=to_come, sigma0=0.0))
             plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
         for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
             try:

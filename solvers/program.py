@@ -5,7 +5,7 @@ Variables, for each mover i and time t = 0..H: controls u_it, means r_it, arriva
 face choice z_etp in {0,1}.
 
     minimise    sum_i tau_i sum_t t d_it  +  sum_e omega_e sum_t l_et
-    subject to  r_i0 = start,   r_i,t+1 = A r_it + B u_it,   u_it in U
+    subject to  r_i0 = start,   r_i,t+1 = A r_it + B u_it,   u_it in U_it
                 |r_it - goal| <= M (1 - d_it),   sum_t d_it = 1
                 a_p' (r_it - r_jt) - b_p >= unit_etp s_et - M (1 - z_etp)
                 sum_p z_etp >= 1 - D_it - D_jt            (an arrived agent is out of traffic)
@@ -32,6 +32,7 @@ import numpy as np
 
 from ppg_env import objective
 from ppg_env import tolerances as tol
+from ppg_env.controls import spans
 from ppg_env.dynamics import earliest_arrival, goal_selector, plan_upper
 from ppg_env.evaluate import encounter_units
 from ppg_env.game import Agent, Encounter, Game
@@ -69,7 +70,10 @@ class Mover:
         self.constraints = [
             self.means[0] == agent.start,
             self.means[1:] == self.means[:-1] @ agent.A.T + self.controls @ agent.B.T,
-            self.controls @ agent.control.normals.T <= np.tile(agent.control.offsets, (horizon, 1)),
+            *(
+                self.controls[steps] @ held.normals.T <= held.offsets[None]
+                for steps, held in spans(agent.control, horizon)
+            ),
             miss <= cp.multiply(high, absent @ np.ones((1, len(select)))),
             -miss <= cp.multiply(low, absent @ np.ones((1, len(select)))),
             cp.sum(self.arrival) == 1,

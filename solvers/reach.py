@@ -13,11 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ppg_env.dynamics import reach_upper
+from ppg_env.dynamics import BackwardReach, reach_upper
 from ppg_env.game import Agent
-
-WORST_CONDITION = 1e8
-"""Beyond that the inverse of A is noise."""
 
 
 class Reach:
@@ -29,14 +26,18 @@ class Reach:
         both = np.vstack([rows, -rows])
         self._count = len(rows)
         self._forward = reach_upper(agent, both, horizon)
-        self._backward = _backward(agent, both, horizon)
+        known = BackwardReach.exists(agent)
+        self._backward = BackwardReach(agent, both, horizon) if known else None
+        self._bounds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def bounds(self, arrival: int) -> tuple[np.ndarray, np.ndarray]:
-        """(arrival, F) lowest and highest a.r_t for t = 0..arrival - 1."""
-        upper = self._forward[:arrival]
-        if self._backward is not None:
-            upper = np.minimum(upper, self._backward[arrival:0:-1])
-        return -upper[:, self._count :], upper[:, : self._count]
+        """(arrival, F) lowest and highest a.r_t for t = 0..arrival - 1; remembered, read only."""
+        if arrival not in self._bounds:
+            upper = self._forward[:arrival]
+            if self._backward is not None:
+                upper = np.minimum(upper, self._backward.upper(arrival)[:-1])
+            self._bounds[arrival] = -upper[:, self._count :], upper[:, : self._count]
+        return self._bounds[arrival]
 
     def anywhere(self, latest: int) -> tuple[np.ndarray, np.ndarray]:
         """(latest, F) lowest and highest a.r_t over all arrivals up to ``latest``."""
@@ -47,21 +48,6 @@ class Reach:
             low[:arrival] = np.minimum(low[:arrival], below)
             high[:arrival] = np.maximum(high[:arrival], above)
         return low, high
-
-
-def _backward(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray | None:
-    """(H+1, F) largest a.r over states from which the goal can be reached in k = 0..H steps."""
-    whole = agent.goal.size == agent.state_dim
-    if not whole or np.linalg.cond(agent.A) > WORST_CONDITION:
-        return None
-    inverse, result = np.linalg.inv(agent.A), np.empty((horizon + 1, len(directions)))
-    # x = A^-1 (x' - B u): every step back adds the support of -A^-1 B U and turns the direction.
-    rows, total = np.array(directions), np.zeros(len(directions))
-    for k in range(horizon + 1):
-        result[k] = rows @ agent.goal + total
-        rows = rows @ inverse
-        total = total + agent.control.support(-rows @ agent.B)
-    return result
 
 
 @lru_cache(maxsize=512)

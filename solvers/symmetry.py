@@ -15,6 +15,7 @@ from itertools import permutations, product
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.controls import pieces
 from ppg_env.game import Agent, Game
 from ppg_env.objective import Weights
 from ppg_env.polytope import Polytope
@@ -130,7 +131,16 @@ def _mirrored(agent: Agent, other: Agent, turn: np.ndarray, centre: np.ndarray) 
     return (
         all(np.allclose(one, two, rtol=0, atol=tol.SYMMETRY) for one, two in pairs)
         and _same(agent.shape, other.shape, turn, np.zeros(d)) is not None
-        and _same(agent.control, other.control, inputs, np.zeros(agent.control_dim)) is not None
+        and _same_controls(agent, other, inputs)
+    )
+
+
+def _same_controls(agent: Agent, other: Agent, turn: np.ndarray) -> bool:
+    """Whether the turn makes every control set of ``agent`` that of ``other``, at all times."""
+    mine, others = pieces(agent.control), pieces(other.control)
+    return [first for first, _ in mine] == [first for first, _ in others] and all(
+        _same(one, two, turn, np.zeros(one.dim)) is not None
+        for (_, one), (_, two) in zip(mine, others, strict=True)
     )
 
 

@@ -15,6 +15,7 @@ import tomli_w
 from hypothesis import given, settings
 
 from ppg_env import Game, InputError
+from ppg_env.controls import pieces
 from ppg_env.gamefile import game_from_tables, game_to_tables, read_game
 from tests.ppg_env.faults import CASES, ELSEWHERE, SQUARE, VALID, changed, faulty
 
@@ -108,6 +109,7 @@ def test_a_made_up_file_is_a_usable_game_or_told_to_be_none(tables: dict[str, An
         assert re.match(r"(game|agent|obstacle|bogus)\b", place), "names a place"
         return
     assert isinstance(game, Game)
-    for polytope in (*game.obstacles, *(x for a in game.agents for x in (a.shape, a.control))):
+    sets = (held for agent in game.agents for _, held in pieces(agent.control))
+    for polytope in (*game.obstacles, *(agent.shape for agent in game.agents), *sets):
         assert len(polytope.normals) == len(polytope.offsets) > 0
     assert game_from_tables(game_to_tables(game), "again") == game

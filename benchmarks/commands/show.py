@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_options
 from benchmarks.terminal import print_json, print_table
+
+if TYPE_CHECKING:
+    from ppg_env.game import Agent
 
 
 @with_game_options
@@ -41,7 +44,7 @@ def show(
                 _vector(agent.start),
                 _vector(agent.goal),
                 f"{agent.lam:g}",
-                agent.control.kind,
+                _speed_sets(agent),
                 str(len(agent.shape.vertices)),
                 f"{agent.spectral_radius:.3g}",
                 "unreachable" if first is None else str(first),
@@ -62,6 +65,19 @@ def show(
         rows,
         f"horizon {made.horizon}, objective {made.objective}, margin cap {made.margin_cap:g}, "
         f"crash cost {made.crash_cost:g}",
+    )
+
+
+def _speed_sets(agent: Agent) -> str:
+    """The set's kind; where it changes, also from when on and how large the inputs may be."""
+    from ppg_env.controls import pieces
+
+    known = pieces(agent.control)
+    if len(known) == 1:
+        return known[0][1].kind
+    return ", ".join(
+        (f"from {first} " if first else "") + f"{held.kind} {abs(held.vertices).max():g}"
+        for first, held in known
     )
 
 

@@ -10,7 +10,7 @@ from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from baselines import GameVecEnv
-from ppg_env import Game, SingleAgentEnv, make_game, parallel_env
+from ppg_env import Game, Polytope, SingleAgentEnv, make_game, parallel_env
 from ppg_env.players import Homing
 from ppg_env.rules import Rules
 
@@ -172,3 +172,14 @@ def test_the_view_of_one_learner_is_a_gymnasium_environment_that_sb3_can_train_o
     check_env(env)
     model = PPO("MlpPolicy", env, n_steps=64, batch_size=64, n_epochs=1, seed=0, device="cpu")
     model.learn(128)
+
+
+def test_an_action_means_the_same_input_at_all_times_and_is_cut_off_at_the_set_that_holds() -> None:
+    fast, slow = Polytope.box([20.0, 20.0]), Polytope.box([8.0, 8.0])
+    game = make_game("head_on", control=((0, fast), (2, slow)), noise=0.0)
+    env = GameVecEnv(game, copies=1)
+    env.reset()
+    for share, moved in ((0.3, 3.0), (1.0, 10.0), (0.3, 3.0), (1.0, 4.0)):
+        before = env.simulator.state[0, 0, 1]
+        env.step(np.tile([0.0, share], (2, 1)))
+        assert env.simulator.state[0, 0, 1] - before == pytest.approx(moved)

@@ -63,3 +63,28 @@ def test_the_table_tells_what_the_planner_needs_to_know(ppg):
     table = ppg("show", "head_on", "--horizon", "7").out
     assert "unreachable" in table
     assert "9" in ppg("show", "head_on").out
+
+
+CHANGING = """
+[[agent]]
+start = [10.0, 50.0]
+goal = [95.0, 50.0]
+gain = 0.5
+shape = { box = [15.0, 15.0] }
+control = [{ box = [10.0, 10.0] }, { from = 5, l1 = 4.0 }]
+"""
+
+
+def test_a_file_whose_speed_set_changes_is_shown_written_and_solved(ppg, tmp_path):
+    file, copy, plan = (tmp_path / name for name in ("game.toml", "copy.toml", "plan.json"))
+    file.write_text(CHANGING)
+    assert "box 10, from 5 l1 4" in " ".join(ppg("show", file, "--out", copy).out.split())
+    assert make_game(copy) == make_game(file)
+    control = ppg("show", file, "--json").json["agent"][0]["control"]
+    assert control == [{"box": [10.0, 10.0]}, {"from": 5, "l1": 4.0}]
+    solved = ppg(
+        "solve", file, "--solution", "best-response", "--agent", "0", "--out", plan, "--json"
+    )
+    assert solved.json["arrival"] == [14]  # 50 in five steps, and 35 at 4 a step
+    assert ppg("certify", plan, "--json").json["epsilon"] <= 1e-6
+    assert ppg("show", file, "--speed", "l1", "--json").json["agent"][0]["control"] == {"l1": 10.0}

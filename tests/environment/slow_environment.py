@@ -91,8 +91,9 @@ class SlowGame:
                 continue
             n, m = agent.state_dim, agent.control_dim
             u = actions[i, :m]
-            if rules.saturation == "clip" and (agent.control.clearance(u) > 0):
-                u = nearest(u, agent.control.vertices)
+            control = agent.control_at(self.time - 1)  # the clock has gone on already
+            if rules.saturation == "clip" and (control.clearance(u) > 0):
+                u = nearest(u, control.vertices)
             self.states[i] = (
                 agent.A @ self.states[i] + agent.B @ u + roots[i, :n, :n] @ noise[i, :n]
             )

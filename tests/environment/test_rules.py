@@ -53,7 +53,16 @@ def cubes() -> Game:
     return Game((cube([0, 0, 0], [30, 0, 0]), cube([30, 5, 3], [0, 5, 3])), horizon=6)
 
 
-GAMES = {"crowded": crowded, "gliders": gliders, "cubes": cubes}
+def tired() -> Game:
+    """Speed sets that change, at different times, within a kind and from one kind to another."""
+    body, small = Polytope.box([9, 9]), Polytope.box([8.0, 4.0])
+    a = Agent(np.array([0.0, 0.0]), np.array([40.0, 0.0]), body, ((0, BOX), (2, small)))
+    b = Agent(np.array([40.0, 6.0]), np.array([0.0, 6.0]), TRIANGLE,
+              ((0, BALL), (1, small), (4, Polytope.disc(9.0, 7))), lam=0.6)  # fmt: skip
+    return Game((a, b), horizon=3)
+
+
+GAMES = {"crowded": crowded, "gliders": gliders, "cubes": cubes, "tired": tired}
 
 
 @pytest.mark.parametrize("saturation", ["clip", "none"])
@@ -115,7 +124,7 @@ def test_single_and_batched_agree_step_for_step(
         assert all(np.array_equal(first[a], observation[c, i]) for i, a in enumerate(first))
     random = np.random.default_rng(0)
     for _ in range(steps):
-        action = random.uniform(-12, 12, (copies, *batch.tables.low.shape))
+        action = random.uniform(-12, 12, (copies, *batch.low.shape))
         noise = random.standard_normal(batch.state.shape)
         out = batch.step(action, noise)
         for c, env in enumerate(singles):

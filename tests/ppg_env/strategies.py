@@ -59,6 +59,13 @@ def controls(dim: int = 2) -> st.SearchStrategy[Polytope]:
 
 
 @st.composite
+def changing(draw: st.DrawFn, dim: int = 2) -> tuple[tuple[int, Polytope], ...]:
+    """Control sets that change once or twice, within the steps of a short game or after it."""
+    firsts = draw(st.lists(st.integers(1, 8), min_size=1, max_size=2, unique=True))
+    return tuple((first, draw(controls(dim))) for first in [0, *sorted(firsts)])
+
+
+@st.composite
 def matrices(draw: st.DrawFn, rows: int, columns: int, limit: float = 1.0) -> np.ndarray:
     entries = st.floats(-limit, limit, allow_subnormal=False)
     flat = draw(st.lists(entries, min_size=rows * columns, max_size=rows * columns))
@@ -93,7 +100,7 @@ def agents(draw: st.DrawFn, dim: int, place: np.ndarray) -> Agent:
         start=start,
         goal=np.array(goal),
         shape=draw(bodies(dim)),
-        control=draw(controls(dim)),
+        control=draw(controls(dim) | changing(dim)),
         lam=draw(st.floats(0, 1, exclude_max=True)),
         gain=draw(matrices(m, n)),
         noise=draw(covariances(n)),

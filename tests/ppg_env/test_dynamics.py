@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from ppg_env import Agent, Game, Polytope, make_game, make_plan
 from ppg_env import tolerances as tol
 from ppg_env.dynamics import (
+    BackwardReach,
     covariances,
     earliest_arrival,
     goal_selector,
@@ -17,6 +18,7 @@ from ppg_env.dynamics import (
     reach_upper,
     rollout,
 )
+from ppg_env.game import override
 from tests.ppg_env.strategies import agents, double_integrator
 
 SHAPE = Polytope.box([1.0, 1.0])
@@ -27,19 +29,26 @@ def integrator(start: object, goal: object, control: Polytope, **fields: object)
     return Agent(start=start, goal=goal, shape=SHAPE, control=control, **fields)
 
 
-def double(start: list[float], goal: list[float], limit: float = 1.0, dim: int = 1) -> Agent:
+def double(
+    start: list[float],
+    goal: list[float],
+    limit: float = 1.0,
+    dim: int = 1,
+    later: dict[int, float] | None = None,
+) -> Agent:
+    """A double integrator; ``later`` holds further limits, by the step from which they hold."""
     A, B = double_integrator(dim)
-    control = Polytope.box([2 * limit] * dim)
+    limits = {0: limit} | (later or {})
+    control = [(first, Polytope.box([2 * most] * dim)) for first, most in limits.items()]
     return Agent(
         start, goal, Polytope.box([1.0] * dim), control, A=A, B=B, gain=np.zeros((dim, 2 * dim))
     )
 
 
 def admissible(agent: Agent, random: np.random.Generator, steps: int) -> np.ndarray:
-    """(steps, m) random points of U, corners among them."""
-    corners = agent.control.vertices
-    weights = random.dirichlet(np.full(len(corners), 0.2), steps)
-    return weights @ corners
+    """(steps, m) random points of U_t, corners among them."""
+    corners = [agent.control_at(t).vertices for t in range(steps)]
+    return np.array([random.dirichlet(np.full(len(c), 0.2)) @ c for c in corners])
 
 
 movers = st.integers(1, 3).flatmap(lambda dim: agents(dim, np.zeros(dim)))
@@ -111,7 +120,7 @@ def test_reach_upper_is_never_exceeded_and_is_attained(agent: Agent, seed: int) 
         best = np.empty((steps, agent.control_dim))
         for k in range(steps):
             pull = agent.B.T @ np.linalg.matrix_power(agent.A.T, steps - 1 - k) @ direction
-            corners = agent.control.vertices
+            corners = agent.control_at(k).vertices
             best[k] = corners[np.argmax(corners @ pull)]
         assert rollout(agent, best)[-1] @ direction == pytest.approx(
             upper[-1, row], abs=1e-9 * scale
@@ -124,6 +133,8 @@ def test_plan_upper_is_never_exceeded_by_a_plan_that_arrives(dim: int, seed: int
     turn = np.linalg.qr(random.standard_normal((dim, dim)))[0]
     A = np.eye(dim) if seed % 2 else turn  # turning about the origin leaves only 0 at rest
     control = Polytope.l1(3.0, dim) if seed % 3 else Polytope.box([4.0] * dim)
+    if seed % 5 > 1:
+        control = ((0, control), (seed % 5, Polytope.box([1.0 + seed % 7] * dim)))
     steps = int(random.integers(1, horizon + 1))
     probe = Agent(np.zeros(dim), np.zeros(dim), Polytope.box([1.0] * dim), control, A=A)
     moves = admissible(probe, random, steps)
@@ -195,6 +206,53 @@ def test_earliest_arrival_of_a_double_integrator_agrees_with_brute_force(
     assert earliest_arrival(agent, 6) == brute_force(agent, 6)
 
 
+@given(st.integers(-12, 12), st.integers(-2, 2), st.booleans(), st.integers(1, 4), st.booleans())
+def test_earliest_arrival_reckons_with_sets_that_change(
+    goal: int, speed: int, whole: bool, first: int, faster: bool
+) -> None:
+    ends = [0.0, float(speed)], [float(goal), 0.0] if whole else [float(goal)]
+    agent = double(*ends, limit=1.0, later={first: 2.0 if faster else 0.5})
+    assert earliest_arrival(agent, 6) == brute_force(agent, 6)
+
+
+def test_plan_upper_is_attained_both_ways_by_who_is_slower_later() -> None:
+    slower = ((0, Polytope.box([4.0])), (3, Polytope.box([2.0])))
+    agent = Agent([0.0], [4.0], Polytope.box([1.0]), slower)
+    upper = plan_upper(agent, np.array([[1.0], [-1.0]]), 6)
+    # Out at speed 2, and home at speed 1 from time 3 on: at most 4 + (6 - t) then.
+    assert upper[:, 0].tolist() == [0, 2, 4, 6, 6, 5, 4]
+    assert upper[:, 1].tolist() == [0, 2, 1, -1, -2, -3, -4]
+
+
+@given(movers, seeds)
+def test_the_backward_bound_is_what_a_linear_program_finds(agent: Agent, seed: int) -> None:
+    from scipy.linalg import block_diag
+    from scipy.optimize import linprog
+
+    random, arrival, n = np.random.default_rng(seed), 5, agent.state_dim
+    agent = override(agent, goal=random.integers(-5, 6, n))
+    directions = random.standard_normal((2, n))
+    upper = BackwardReach(agent, directions, 7).upper(arrival)
+    for t in range(arrival):
+        blocks, power = [], np.eye(n)
+        for _ in range(t, arrival):
+            blocks.insert(0, power @ agent.B)
+            power = power @ agent.A
+        held = [agent.control_at(k) for k in range(t, arrival)]
+        faces = block_diag(np.zeros((0, n)), *(one.normals for one in held))
+        for direction, bound in zip(directions, upper[t], strict=True):
+            answer = linprog(
+                np.r_[-direction, np.zeros(faces.shape[1] - n)],
+                A_ub=faces,
+                b_ub=np.concatenate([one.offsets for one in held]),
+                A_eq=np.hstack([power, *blocks]),
+                b_eq=agent.goal,
+                bounds=(None, None),
+            )
+            assert bound == pytest.approx(-answer.fun, rel=1e-6, abs=1e-6)
+    np.testing.assert_allclose(upper[arrival], directions @ agent.goal, atol=1e-12)
+
+
 def brute_force(agent: Agent, limit: int) -> int | None:
     """First t at which the goal is in the hull of all states that extreme controls lead to."""
     from scipy.optimize import linprog
@@ -209,7 +267,7 @@ def brute_force(agent: Agent, limit: int) -> int | None:
         )
         if answer.status == 0:
             return t
-        nexts = [states @ agent.A.T + agent.B @ corner for corner in agent.control.vertices]
+        nexts = [states @ agent.A.T + agent.B @ corner for corner in agent.control_at(t).vertices]
         states = np.unique(np.concatenate(nexts), axis=0)
     return None
 

@@ -20,11 +20,15 @@ from ppg_env import Agent, Game, Polytope
 
 @dataclass(frozen=True)
 class Line:
-    """Two agents of length 1 on a line; ``gain`` 1 makes their noise the same at all t >= 1."""
+    """Two agents of length 1 on a line; ``gain`` 1 makes their noise the same at all t >= 1.
+
+    ``later`` is a step, and the limits that hold from it on.
+    """
 
     starts: tuple[int, int]
     goals: tuple[int, int]
     limits: tuple[int, int]
+    later: tuple[int, tuple[int, int]] | None = None
     lam: tuple[float, float] = (0.5, 0.5)
     noise: tuple[float, float] = (0.25, 0.25)
     gain: float = 1.0
@@ -41,7 +45,7 @@ class Line:
                 start=[self.starts[i]],
                 goal=[self.goals[i]],
                 shape=Polytope.box([1.0]),
-                control=Polytope.box([2.0 * self.limits[i]]),
+                control=self.control(i),
                 lam=self.lam[i],
                 gain=self.gain,
                 noise=self.noise[i],
@@ -56,6 +60,26 @@ class Line:
             crash_cost=self.crash_cost,
             scale=self.scale,
         )
+
+    def control(self, agent: int) -> Polytope | tuple[tuple[int, Polytope], ...]:
+        first = Polytope.box([2.0 * self.limits[agent]])
+        if self.later is None:
+            return first
+        return ((0, first), (self.later[0], Polytope.box([2.0 * self.later[1][agent]])))
+
+    def moves(self, agent: int, t: int, step: float) -> range:
+        """Grid steps that the agent may take at time t."""
+        changed = self.later is not None and t >= self.later[0]
+        most = round((self.later[1] if changed else self.limits)[agent] / step)
+        return range(-most, most + 1)
+
+    def ahead(self, agent: int, t: int, x: int | None, step: float) -> list[int | None]:
+        """Grid positions one step after time t from which the goal is still within reach."""
+        if x is None:
+            return [None]
+        goal = round(self.goals[agent] / step)
+        left = sum(self.moves(agent, k, step)[-1] for k in range(t + 1, self.horizon))
+        return [x + u for u in self.moves(agent, t, step) if abs(goal - x - u) <= left] or [x]
 
     @property
     def units(self) -> list[float]:
@@ -90,7 +114,6 @@ def joint_optimum(line: Line, what: str, step: float = 1.0) -> float:
     """MP3, or the potential's minimum, over all pairs of paths on the grid of ``step``."""
     tau, omega = weights_of(line, what)
     goals = [round(goal / step) for goal in line.goals]
-    moves = [_moves(limit, step) for limit in line.limits]
     losses = _losses(line, step)
 
     @cache
@@ -106,9 +129,7 @@ def joint_optimum(line: Line, what: str, step: float = 1.0) -> float:
         if price == inf:
             return inf
         return price + min(
-            least(t + 1, a, b)
-            for a in _next(x, moves[0], goals[0], line.horizon - t)
-            for b in _next(y, moves[1], goals[1], line.horizon - t)
+            least(t + 1, a, b) for a in line.ahead(0, t, x, step) for b in line.ahead(1, t, y, step)
         )
 
     return least(0, round(line.starts[0] / step), round(line.starts[1] / step))
@@ -116,7 +137,7 @@ def joint_optimum(line: Line, what: str, step: float = 1.0) -> float:
 
 def best_response_value(line: Line, agent: int, other: Sequence[float], step: float = 1.0) -> float:
     """MP2: least own cost of ``agent`` against the path ``other`` (H+1 positions)."""
-    goal, moves = round(line.goals[agent] / step), _moves(line.limits[agent], step)
+    goal = round(line.goals[agent] / step)
     there = line.goals[1 - agent]
     gone = next((t for t, place in enumerate(other) if abs(place - there) < 1e-9), inf)
     lam = line.lam[agent]
@@ -130,22 +151,10 @@ def best_response_value(line: Line, agent: int, other: Sequence[float], step: fl
         pair = line.loss(t, x * step - other[t]) if t < gone else 0.0
         if pair == inf:
             return inf
-        ahead = _next(x, moves, goal, line.horizon - t)
+        ahead = line.ahead(agent, t, x, step)
         return lam + (1 - lam) * pair + min((least(t + 1, a) for a in ahead), default=inf)
 
     return least(0, round(line.starts[agent] / step))
-
-
-def _moves(limit: int, step: float) -> range:
-    most = round(limit / step)
-    return range(-most, most + 1)
-
-
-def _next(x: int | None, moves: range, goal: int, left: int) -> list[int | None]:
-    """Positions after one step from which the goal is still within reach."""
-    if x is None:
-        return [None]
-    return [x + u for u in moves if abs(goal - x - u) <= moves[-1] * (left - 1)] or [x]
 
 
 def _losses(line: Line, step: float) -> Callable[[int, int], float]:

@@ -17,6 +17,8 @@ COURSES = {
     "swap": Line(starts=(0, 7), goals=(6, 1), limits=(2, 2)),
     "give way": Line(starts=(0, 8), goals=(6, 4), limits=(2, 1), horizon=7),
     "follow": Line(starts=(0, 2), goals=(8, 6), limits=(2, 1), horizon=7),
+    "tire": Line(starts=(0, 7), goals=(5, 1), limits=(2, 2), later=(2, (1, 1)), horizon=7),
+    "red light": Line(starts=(0, 2), goals=(8, 6), limits=(0, 1), later=(2, (3, 1)), horizon=7),
 }
 LAMS = [(0.0, 0.4), (0.5, 0.8), (0.9, 0.9)]
 NOISES = {  # units of margin of 0, 1, 2, and 1 again without the sqrt(2)
@@ -31,13 +33,14 @@ PLANNERS = {"social": social_optimum, "potential": potential_equilibrium}
 
 def paths(line: Line, agent: int) -> list[list[float]]:
     """A few plans on the grid: straight ahead, late, back first, and in the smallest steps."""
-    start, goal, limit = line.starts[agent], line.goals[agent], line.limits[agent]
+    start, goal = line.starts[agent], line.goals[agent]
     away = -1 if goal > start else 1
     ways = [[], [0], [0, 0], [away], [-away, -away]]
     found = []
     for way in ways:
         places = [start]
         for t in range(line.horizon):
+            limit = line.moves(agent, t, 1.0)[-1]
             ahead = int(np.clip(goal - places[-1], -limit, limit))
             places.append(places[-1] + (way[t] if t < len(way) else ahead))
         if places[-1] == goal:
