@@ -93,24 +93,32 @@ class Cell:
             self.solver, self.time_limit, self.seed, self.node_limit, self.start, self.order
         )
 
-    @cached_property
-    def address(self) -> str:
-        """SHA-256, in hexadecimal, of everything that determines the result."""
-        dynamic, joint = self.player in DYNAMIC, self.player in JOINT
-        content = {
-            "format": FORMAT,
-            "game": game_to_tables(self.game),
-            "player": FILE if self.player.endswith(FILE) else self.player,
-            "learned": self._file_digest(),
+    @property
+    def heeded(self) -> dict[str, Any]:
+        """The options, with None for those that this player in this arena does not heed."""
+        dynamic = self.player in DYNAMIC
+        order = self.order if isinstance(self.order, str) else ",".join(map(str, self.order))
+        return {
             "start": self.start if dynamic else None,
-            "order": self.order if dynamic else None,
+            "order": order if dynamic else None,
             "arena": self.arena,
             "episodes": self.episodes,
             "groups": self.groups if self.arena == "env" else None,
             "seed": self.seed,
             "solver": self.solver,
             "time_limit": self.time_limit,
-            "node_limit": self.node_limit if joint else None,
+            "node_limit": self.node_limit if self.player in JOINT else None,
+        }
+
+    @cached_property
+    def address(self) -> str:
+        """SHA-256, in hexadecimal, of everything that determines the result."""
+        content = {
+            "format": FORMAT,
+            "game": game_to_tables(self.game),
+            "player": FILE if self.player.endswith(FILE) else self.player,
+            "learned": self._file_digest(),
+            **self.heeded,
         }
         return hashlib.sha256(_canonical(content).encode()).hexdigest()
 

@@ -51,8 +51,7 @@ def each_done(
     InputError
         If the backend is not known or not installed, or a cluster gives up.
     """
-    known = backend in BACKENDS
-    require(known, "backend", f"is {backend!r}", "write " + " or ".join(BACKENDS))
+    check_backend(backend)
     if jobs == 1 and backend == LOKY:
         yield from ((item, work(item)) for item in items)
         return
@@ -74,6 +73,11 @@ def each_done(
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore", UserWarning)  # of tasks begun in vain
                     results.close()
+
+
+def check_backend(name: str) -> None:
+    """Refuse an unknown backend."""
+    require(name in BACKENDS, "backend", f"is {name!r}", "write " + " or ".join(BACKENDS))
 
 
 def _mapped(

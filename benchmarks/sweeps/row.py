@@ -49,6 +49,7 @@ class Row:
     lams : lam of each agent.
     fields : the fields of the game that were overridden.
     game : the whole game, as in a game file.
+    start, order, arena, ... node_limit : of the cell; None for what its player does not heed.
     status : how the planner ended, ``trained`` for learners, ``failed`` after an error.
     reason : why there is no result, with advice; None if there is one.
     arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of planners, by the evaluator.
@@ -80,10 +81,10 @@ class Row:
     fields: Table
     game: GameTables
     start: str | None
-    order: str
+    order: str | None
     arena: str
     episodes: int
-    groups: int
+    groups: int | None
     seed: int
     solver: str
     time_limit: float | None
@@ -168,15 +169,7 @@ def _asked(cell: Cell) -> dict[str, Any]:
         "lams": [agent.lam for agent in agents],
         "fields": json.loads(json.dumps(cell.fields, default=_written)),
         "game": game_to_tables(game),
-        "start": cell.start,
-        "order": cell.order if isinstance(cell.order, str) else ",".join(map(str, cell.order)),
-        "arena": cell.arena,
-        "episodes": cell.episodes,
-        "groups": cell.groups,
-        "seed": cell.seed,
-        "solver": cell.solver,
-        "time_limit": cell.time_limit,
-        "node_limit": cell.node_limit,
+        **cell.heeded,
     }
 
 

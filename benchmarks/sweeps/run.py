@@ -17,7 +17,7 @@ from time import perf_counter
 from typing import Any
 
 from benchmarks.sweeps.cell import Cell
-from benchmarks.sweeps.pool import LOKY, Died, each_done
+from benchmarks.sweeps.pool import LOKY, Died, check_backend, each_done
 from benchmarks.sweeps.row import FAILED, Row, make_row
 from benchmarks.sweeps.store import Store
 from ppg_env.errors import InputError, require
@@ -63,6 +63,7 @@ def sweep(
         rows stored before are kept, and the same call goes on from there.
     """
     tell = progress or (lambda _count: None)
+    check_backend(backend)
     mine = part(cells, *shard)
     with Store(store) as base:
         todo = missing(mine, base, retry=retry)

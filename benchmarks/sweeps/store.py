@@ -52,14 +52,16 @@ BETTER = "WHERE rows.reason IS NOT NULL AND excluded.reason IS NULL"
 class Store:
     """An open store; made if there is none at ``path``.  A context manager that closes it.
 
-    Every method raises InputError if the file is no store, is locked for longer than ``patience``
-    seconds, or cannot be read or written; the rows stored before are then still there.
+    Every method raises InputError if the file is no store, cannot be read or written, or is locked
+    for longer than ``patience`` seconds (:data:`PATIENCE` unless given); the rows stored before
+    are then still there.
     """
 
-    def __init__(self, path: str | Path, *, patience: float = PATIENCE) -> None:
+    def __init__(self, path: str | Path, *, patience: float | None = None) -> None:
         self.path = Path(path)
         with self._plain_words():
-            self._base = sqlite3.connect(path, timeout=patience, isolation_level=None)
+            wait = PATIENCE if patience is None else patience
+            self._base = sqlite3.connect(path, timeout=wait, isolation_level=None)
             try:
                 self._open()
             except BaseException:
