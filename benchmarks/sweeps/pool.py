@@ -40,11 +40,11 @@ class Died:
 def each_done(
     work: Callable[[Item], Result], items: Sequence[Item], jobs: int = 1, backend: str = LOKY
 ) -> Generator[tuple[Item, Result | Died], None, None]:
-    """Every item with its result as soon as it is there, in any order; ``work`` never raises.
+    """Every item with its result as soon as it is there, in any order.
 
     If a process dies on this machine, the items that may have been its last are run again one by
     one, each in a process of its own, and the rest goes on.  Clusters repeat lost work themselves.
-    One job on this machine is this process.
+    One job on this machine is this process.  What ``work`` raises is raised here.
 
     Raises
     ------

@@ -200,3 +200,21 @@ def test_clusters_give_the_same_rows(backend, store, tmp_path):
 def test_unknown_backends_are_told(store):
     with pytest.raises(InputError, match="loky or dask or ray"):
         sweep(quick(1), store, backend="slurm")
+
+
+@pytest.mark.slow
+def test_workers_killed_from_outside_cost_no_row(store, tmp_path):
+    """As by the system when memory runs out: what they were at is run again."""
+    psutil = pytest.importorskip("psutil")
+    cells, killed = quick(12), []
+
+    def kill(_count: int) -> None:
+        for child in psutil.Process().children():
+            if "popen_loky" in " ".join(child.cmdline()) and len(killed) < 2:
+                child.kill()
+                killed.append(child.pid)
+
+    rows = sweep(cells, store, jobs=2, progress=kill)
+    assert len(killed) == 2
+    assert not any(row.failed for row in rows)
+    assert timeless(rows) == timeless(sweep(cells, tmp_path / "undisturbed.db"))
