@@ -10,11 +10,14 @@ from __future__ import annotations
 import logging
 import os
 import re
+import threading
+import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 from benchmarks.sweeps.store import AGAIN
@@ -25,6 +28,9 @@ LOKY = BACKENDS[0]
 
 ROUND = 4
 """Items per worker and round where a backend gives no result before it has all of them."""
+
+LOOK = 1.0
+"""Seconds between a worker's looks at whether its sweep is still there."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -89,14 +95,15 @@ def _mapped(
 ) -> Generator[tuple[int, Result], None, None]:
     """Results with their indices; ``begun`` lists what was handed to a worker."""
     from joblib import Parallel, delayed
-    from joblib.parallel import get_active_backend
+    from joblib.parallel import LokyBackend, get_active_backend
 
     def tasks(some: Iterable[int]) -> Iterator[Any]:
         for k in some:
             begun.append(k)
-            yield delayed(_indexed)(work, k, items[k])
+            yield delayed(_indexed)(work, k, items[k], parent)
 
-    every = tuple(which)
+    local = isinstance(get_active_backend()[0], LokyBackend)
+    every, parent = tuple(which), os.getpid() if local else None
     # Batches would hold results back that a kill then loses.
     if get_active_backend()[0].supports_return_generator:
         yield from Parallel(count, return_as="generator_unordered", batch_size=1)(tasks(every))
@@ -107,8 +114,24 @@ def _mapped(
             yield from pool(tasks(every[begin : begin + size]))
 
 
-def _indexed(work: Callable[[Item], Result], k: int, item: Item) -> tuple[int, Result]:
+def _indexed(
+    work: Callable[[Item], Result], k: int, item: Item, parent: int | None
+) -> tuple[int, Result]:
+    if parent is not None:
+        _leave_with(parent)
     return k, work(item)
+
+
+@cache
+def _leave_with(parent: int) -> None:
+    """Let this process end when ``parent`` is gone; it would wait for work for minutes."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _alone(work: Callable[[Item], Result], item: Item) -> Result | Died:

@@ -69,9 +69,10 @@ class Store:
                 raise
 
     def _open(self) -> None:
+        # Tables first: whoever made them since has set the rest in the same transaction.
+        (tables,) = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()
         (mark,) = self._base.execute("PRAGMA application_id").fetchone()
         (version,) = self._base.execute("PRAGMA user_version").fetchone()
-        (tables,) = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()
         ours = mark == APPLICATION or not tables
         require(ours, str(self.path), "is not a store of rows", "name another file")
         require(

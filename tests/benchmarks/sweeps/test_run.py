@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +20,8 @@ from ppg_env import InputError, make_game
 from ppg_env.gamefile import game_to_toml
 from solvers import best_response_dynamics
 from tests.benchmarks.sweeps.conftest import quick, timeless
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture
@@ -218,3 +222,28 @@ def test_workers_killed_from_outside_cost_no_row(store, tmp_path):
     assert len(killed) == 2
     assert not any(row.failed for row in rows)
     assert timeless(rows) == timeless(sweep(cells, tmp_path / "undisturbed.db"))
+
+
+def whoami(_item: int) -> int:
+    return os.getpid()
+
+
+ENDLESS = """
+from benchmarks.sweeps.pool import each_done
+from tests.benchmarks.sweeps.test_run import whoami
+for _, pid in each_done(whoami, [0] * 10_000, 2):
+    print(pid, flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_workers_go_with_their_sweep():
+    """A sweep that is killed cannot tell them; they would wait for work for minutes."""
+    psutil = pytest.importorskip("psutil")
+    command = [sys.executable, "-c", ENDLESS]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as sweeper:
+        worker = psutil.Process(int(sweeper.stdout.readline()))
+        assert worker.is_running()
+        sweeper.kill()
+    gone, _ = psutil.wait_procs([worker], timeout=60)
+    assert gone or worker.status() == psutil.STATUS_ZOMBIE
