@@ -28,7 +28,8 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
         folder = Path(name)
         yield from _store(folder, 20 if quick else 500, seed)
         yield _addresses(50 if quick else 500)
-        yield from _workers(folder, 4 if quick else 24, 1 if quick else REPEATS, seed)
+        cells = _cells(1, 1000, seed) if quick else _cells(12, 100_000, seed)
+        yield from _workers(folder, cells, 1 if quick else REPEATS)
 
 
 def _store(folder: Path, count: int, seed: int) -> Iterator[Measurement]:
@@ -57,24 +58,26 @@ def _addresses(count: int) -> Measurement:
     return Measurement("ms to make a cell's game and address", spent, 0, at_least=True)
 
 
-def _workers(folder: Path, count: int, repeats: int, seed: int) -> Iterator[Measurement]:
+def _workers(folder: Path, cells: list[Cell], repeats: int) -> Iterator[Measurement]:
     """Ratio of the times of one worker and two, whose start-up a first sweep has paid for."""
-    cells = [
+    times: dict[int, list[float]] = {1: [], 2: []}
+    for repeat in range(repeats + 1):
+        for jobs, spent in times.items():
+            path = folder / f"{repeat}-{jobs}.db"
+            spent.append(_seconds(lambda: sweep(cells, path, jobs=jobs)))  # noqa: B023
+    one, two = (min(spent[1:]) for spent in times.values())
+    yield Measurement(f"{len(cells)} cells, one worker: s", one, 0, at_least=True)
+    yield Measurement("two workers, times as fast as one", one / two, 1.7, at_least=True)
+
+
+def _cells(lams: int, episodes: int, seed: int) -> list[Cell]:
+    return [
         Cell(
-            "intersection3", player, {"lam": k / count, "speed": "l1"}, episodes=100_000, seed=seed
+            "intersection3", player, {"lam": k / lams, "speed": "l1"}, episodes=episodes, seed=seed
         )
-        for k in range(count // 2)
+        for k in range(lams)
         for player in ("nash", "social")
     ]
-    times: dict[int, float] = {}
-    for repeat in range(repeats + 1):
-        for jobs in (1, 2):
-            path = folder / f"{repeat}-{jobs}.db"
-            chosen = cells if repeat else cells[:2]
-            spent = _seconds(lambda: sweep(chosen, path, jobs=jobs))  # noqa: B023 - called at once
-            times[jobs] = spent if repeat < 2 else min(times[jobs], spent)
-    yield Measurement(f"{count} cells, one worker: s", times[1], 0, at_least=True)
-    yield Measurement("two workers, times as fast as one", times[1] / times[2], 1.7, at_least=True)
 
 
 def _ms(work: Callable[[], object], count: int) -> float:

@@ -185,9 +185,9 @@ def _ray(jobs: int) -> Iterator[int]:
         from ray.util.joblib import register_ray
 
         address = os.environ.get("RAY_ADDRESS")
-        cores = None if address else jobs
         ray.init(
-            num_cpus=cores,
+            address or "local",  # without a word it would take up any cluster that it finds
+            num_cpus=None if address else jobs,
             include_dashboard=False,
             log_to_driver=False,
             logging_level=logging.ERROR,

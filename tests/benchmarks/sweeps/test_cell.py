@@ -71,6 +71,10 @@ def test_addresses_agree_just_when_the_numbers_do(one, other):
     assert (first == second) == (one == other)
 
 
+def test_a_whole_number_is_the_number():
+    assert replace(CELL, time_limit=9).address == replace(CELL, time_limit=9.0).address
+
+
 def test_a_game_file_counts_by_what_it_says(tmp_path: Path):
     path, copy = tmp_path / "one.toml", tmp_path / "two.toml"
     path.write_text(game_to_toml(make_game("head_on", speed="l1")))

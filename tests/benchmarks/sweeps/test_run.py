@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -136,10 +137,12 @@ def test_a_worker_to_which_a_file_says_something_else_refuses(tmp_path):
     path = tmp_path / "game.toml"
     path.write_text(game_to_toml(make_game("parallel")))
     cell = Cell(str(path), "straight", episodes=10)
+    address = cell.address
     path.write_text(game_to_toml(make_game("opposing")))
-    report = play((cell, quick(1)[0].address))
+    report = play((pickle.loads(pickle.dumps(cell)), address))
     assert report["status"] == "failed"
     assert "leave files alone" in report["reason"]
+    assert play((cell, address))["status"] == "feasible"
 
 
 def test_a_full_disk_ends_the_sweep_and_the_next_goes_on(store, monkeypatch):
