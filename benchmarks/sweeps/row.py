@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.sweeps.cell import Cell
+from ppg_env.controls import pieces
 from ppg_env.gamefile import game_to_tables
 from ppg_env.planfile import to_json
 
@@ -44,8 +45,8 @@ class Row:
     ----------
     address : of the cell.
     scenario : the game's name; the stem of its file if it has none.
-    lam, gain, noise, speed : the value that all agents share (a matrix k I counts as k), None if
-        there is none.
+    lam, gain, noise, speed : the value that all agents share (a matrix k I counts as k; speed is
+        the kind of their control sets), None if there is none.
     lams : lam of each agent.
     fields : the fields of the game that were overridden.
     game : the whole game, as in a game file.
@@ -161,7 +162,7 @@ def _asked(cell: Cell) -> dict[str, Any]:
         "lam": _common(agent.lam for agent in agents),
         "gain": _common(_multiple(agent.gain) for agent in agents),
         "noise": _common(_multiple(agent.noise) for agent in agents),
-        "speed": _common(agent.control.kind for agent in agents),
+        "speed": _common(held.kind for agent in agents for _, held in pieces(agent.control)),
         "horizon": game.horizon,
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,

@@ -14,6 +14,7 @@ from baselines import read_learned, write_learned
 from benchmarks.sweeps import Cell
 from ppg_env import InputError, make_game
 from ppg_env.gamefile import game_to_toml
+from ppg_env.polytope import Polytope
 
 CELL = Cell("head_on", "nash", {"speed": "l1"}, arena="env")
 
@@ -23,6 +24,7 @@ CELL = Cell("head_on", "nash", {"speed": "l1"}, arena="env")
     [
         {"scenario": "parallel"},
         {"fields": {"speed": "disc"}},
+        {"fields": {"control": [(0, Polytope.l1(10.0)), (5, Polytope.l1(9.0))]}},
         {"fields": {"speed": "l1", "lam": [0.5, 0.4]}},
         {"fields": {"speed": "l1", "crash_cost": 101}},
         {"player": "social"},

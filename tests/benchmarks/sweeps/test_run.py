@@ -10,6 +10,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.comparison import compare, comparison_report
@@ -18,7 +19,8 @@ from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.pool import Died, each_done
 from benchmarks.sweeps.run import part, play
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_to_toml
+from ppg_env.gamefile import game_from_tables, game_to_toml
+from ppg_env.polytope import Polytope
 from solvers import best_response_dynamics
 from tests.benchmarks.sweeps.conftest import quick, timeless
 
@@ -49,6 +51,18 @@ def test_a_row_says_what_compare_says(store):
     assert (row.scenario, row.lam, row.lams, row.speed, row.gain) == (
         "head_on", 0.8, [0.8, 0.8], "l1", 0.5,
     )  # fmt: skip
+
+
+def test_a_row_has_what_json_has_no_form_for(store):
+    slower = [(0, Polytope.box([20.0, 20.0])), (5, Polytope.box([18.0, 18.0]))]
+    fields = {"control": slower, "noise": np.diag([1.0, 2.0]), "gain": {0: 0.25}}
+    cell = Cell("parallel", "straight", fields, episodes=10)
+    (row,) = sweep([cell], store)
+    assert not row.failed
+    assert (row.speed, row.noise, row.gain, row.lam) == ("box", None, None, 0.5)
+    assert row.fields["noise"] == [[1.0, 0.0], [0.0, 2.0]]
+    assert game_from_tables(row.game, "row") == cell.game
+    assert sweep([cell], store) == [row]
 
 
 def test_start_and_order_reach_the_planner(store):
