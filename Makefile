@@ -48,7 +48,7 @@ $(VENV)/.made:
 	@$(PYTHON) -m venv --clear $(VENV) && touch $@
 
 $(VENV)/.demo: EXTRAS := render
-$(VENV)/.test: EXTRAS := render,test,rl
+$(VENV)/.test: EXTRAS := render,test,rl,cluster,parquet
 $(VENV)/.docs: EXTRAS := docs
 $(VENV)/.demo $(VENV)/.test $(VENV)/.docs: pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "Installing .[$(EXTRAS)] into $(VENV) ..."

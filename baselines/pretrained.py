@@ -24,7 +24,12 @@ def available() -> list[Path]:
 
 
 def find_pretrained(player: str, game: Game) -> Learned:
-    """The pretrained ``player`` of ``game``.
+    """The pretrained ``player`` of ``game``; raises as :func:`pretrained_file` does."""
+    return _read(pretrained_file(player, game))
+
+
+def pretrained_file(player: str, game: Game) -> Path:
+    """The file of the pretrained ``player`` of ``game``.
 
     Raises
     ------
@@ -32,10 +37,8 @@ def find_pretrained(player: str, game: Game) -> Learned:
         If nobody was trained for this game.
     """
     for path in available():
-        if path.stem.endswith(f"-{player}"):
-            learned = _read(path)
-            if learned.fits(game):
-                return learned
+        if path.stem.endswith(f"-{player}") and _read(path).fits(game):
+            return path
     raise InputError(
         player,
         "has not been trained for this game",

@@ -95,17 +95,19 @@ def compare(
     *,
     arena: str = "schedule",
     workers: int = 1,
+    groups: int = 1,
     progress: Callable[[str], None] = lambda _player: None,
 ) -> list[Row]:
     """Let each of ``players`` plan or load, and simulate ``episodes`` of it in ``arena``.
 
-    In ``env`` the episodes are shared out among the runs of the learners.
+    In ``env`` the episodes are shared out among the runs of the learners, or into as many
+    ``groups`` if those are more.
     """
     contenders = []
     for player in players:
         progress(player)
         contenders.append(contender(player, game, limits))
-    groups = max(one.runs for one in contenders)
+    groups = max(groups, *(one.runs for one in contenders))
     rows = []
     for one in contenders:
         progress(one.name)
@@ -190,11 +192,12 @@ def comparison_report(
         "episodes": episodes,
         "seed": seed,
         "confidence": CONFIDENCE,
-        "rows": [_row_report(row) for row in rows],
+        "rows": [row_report(row) for row in rows],
     }
 
 
-def _row_report(row: Row) -> dict[str, Any]:
+def row_report(row: Row) -> dict[str, Any]:
+    """One of its rows."""
     solution, played = row.solution, row.played
     head: dict[str, Any] = {"player": row.player}
     if solution is not None:

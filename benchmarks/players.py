@@ -18,11 +18,23 @@ from solvers.solution import Solution, Status
 
 @dataclass(frozen=True)
 class Limits:
-    """What a player may use: a MILP solver, seconds (None: no limit), and a seed."""
+    """What a player may use, and how it goes about it.
+
+    Attributes
+    ----------
+    solver : the MILP solver.
+    time_limit : seconds; None is no limit.
+    seed : of everything random.
+    node_limit : linear programs of ``potential`` and ``social``; None is no limit.
+    start, order : first profile and order of moves of ``nash``; None is the planner's own choice.
+    """
 
     solver: str = "ENGINE"
     time_limit: float | None = None
     seed: int = 0
+    node_limit: int | None = None
+    start: str | None = None
+    order: str | tuple[int, ...] = "cyclic"
 
 
 def nash(game: Game, limits: Limits) -> Solution:
@@ -30,7 +42,12 @@ def nash(game: Game, limits: Limits) -> Solution:
     from solvers.dynamics import best_response_dynamics
 
     return best_response_dynamics(
-        game, solver=limits.solver, time_limit=limits.time_limit, seed=limits.seed
+        game,
+        start=limits.start,
+        order=limits.order,
+        solver=limits.solver,
+        time_limit=limits.time_limit,
+        seed=limits.seed,
     )
 
 
@@ -39,7 +56,11 @@ def potential(game: Game, limits: Limits) -> Solution:
     from solvers.joint import potential_equilibrium
 
     return potential_equilibrium(
-        game, solver=limits.solver, time_limit=limits.time_limit, seed=limits.seed
+        game,
+        solver=limits.solver,
+        time_limit=limits.time_limit,
+        node_limit=limits.node_limit,
+        seed=limits.seed,
     )
 
 
@@ -48,7 +69,11 @@ def social(game: Game, limits: Limits) -> Solution:
     from solvers.joint import social_optimum
 
     return social_optimum(
-        game, solver=limits.solver, time_limit=limits.time_limit, seed=limits.seed
+        game,
+        solver=limits.solver,
+        time_limit=limits.time_limit,
+        node_limit=limits.node_limit,
+        seed=limits.seed,
     )
 
 

@@ -19,7 +19,10 @@ LAYERS = ("ppg_env", "solvers", "baselines", "benchmarks")
 
 FILES = [path for layer in LAYERS for path in sorted((ROOT / layer).rglob("*.py"))]
 NAMELESS = {"utils", "util", "helpers", "helper", "common", "misc"}
-HEAVY = ("cvxpy", "torch", "matplotlib", "scipy.optimize", "stable_baselines3", "PIL")
+HEAVY = (
+    "cvxpy", "torch", "matplotlib", "scipy.optimize", "stable_baselines3", "PIL", "joblib",
+    "sqlite3", "pyarrow", "distributed", "ray",
+)  # fmt: skip
 
 
 def relative(path: Path) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.sweeps.grid import is_grid, read_grid
 from ppg_env import make_game
 from ppg_env.gamefile import read_game
 
@@ -53,6 +54,10 @@ def test_commands_run_in_the_order_of_the_page(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    for name, text in re.findall(
+        r"<!-- file: (\S+) -->\n```toml\n(.*?)```", page.read_text(), re.S
+    ):
+        Path(name).write_text(text)
     for command in commands(page):
         run(command)
 
@@ -74,7 +79,7 @@ def test_game_files_load(page: Path, tmp_path: Path) -> None:
     for block in blocks(page, "toml"):
         path = tmp_path / "game.toml"
         path.write_text(block)
-        assert read_game(path).agents
+        assert read_grid(path).cells() if is_grid(str(path)) else read_game(path).agents
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -110,6 +115,33 @@ def numbers(table: str) -> dict[str, list[float]]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_printed_sweeps_are_current(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Words, arrivals and costs; not crash probabilities, which differ between mirror images."""
+    monkeypatch.chdir(tmp_path)
+    pattern = r"<!-- output of: (ppg sweep .*?) -->\n```text\n(.*?)```"
+    for command, shown in re.findall(pattern, page.read_text(), re.S):
+        old, new = sweep_lines(shown), sweep_lines(run(command))
+        assert len(old) == len(new)
+        for before, after in zip(old, new, strict=True):
+            assert before[0] == after[0], "run docs/outputs.py"
+            assert before[1] == pytest.approx(after[1], rel=0.02), "run docs/outputs.py"
+
+
+def sweep_lines(table: str) -> list[tuple[list[str], list[float]]]:
+    """Words and numbers of each line of a sweep's table; numbers in one cell are added up."""
+    found = []
+    bare = "\n".join(line.strip() for line in table.strip().splitlines())
+    for line in bare.split("\n\n")[1].splitlines():
+        cells = [cell for cell in re.split(r"\s{2,}", line) if not re.search(r"[\[<]", cell)]
+        words = [cell for cell in cells if not re.fullmatch(r"[\d. -]+", cell)]
+        sums = [sum(map(float, re.findall(r"[\d.]+", cell))) for cell in cells if cell not in words]
+        found.append((words, sums))
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_printed_studies_are_what_their_results_say(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,6 +160,13 @@ def test_printed_studies_are_what_their_results_say(
 def test_the_check_of_printed_comparisons_bites() -> None:
     line = " nash  own state  12.19 9.14  8e-11  9.0e-02 [8.7e-02, 9.2e-02]  9.93 \u00b1 0.04 "
     assert numbers(line) == {"nash": pytest.approx([21.33, 0.269, 9.97])}
+
+
+def test_the_check_of_printed_sweeps_bites() -> None:
+    line = " head_on   nash    0.8  equilibrium   13 9   18.9688  1.6e-02 [1.5e-02, 1.8e-02]  9.127"
+    assert sweep_lines(f"1 rows\n\n{line}\n\nNote") == [
+        (["head_on", "nash", "equilibrium"], [0.8, 22.0, 18.9688, 9.127])
+    ]
 
 
 def test_the_examples_of_the_readme_name_real_scenarios() -> None:

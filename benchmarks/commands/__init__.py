@@ -15,6 +15,7 @@ from benchmarks.commands.scenarios import scenarios
 from benchmarks.commands.show import show
 from benchmarks.commands.solve import solve
 from benchmarks.commands.study import study
+from benchmarks.commands.sweep import sweep
 from benchmarks.commands.train import train
 
 VERBS: dict[str, Callable[..., None]] = {
@@ -27,6 +28,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "train": train,
     "compare": compare,
     "regret": regret,
+    "sweep": sweep,
     "study": study,
     "render": render,
     "bench": bench,

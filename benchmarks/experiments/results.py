@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Hashable, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
+from benchmarks.sweeps.pool import Died, each_done
 from ppg_env.errors import InputError
 from ppg_env.files import write_atomically
 from ppg_env.planfile import to_json
 
 FORMAT = "path-planning-games/results"
 
-Cell = TypeVar("Cell")
+Cell = TypeVar("Cell", bound=Hashable)
 Row = dict[str, Any]
 
 
@@ -58,39 +56,17 @@ def completed(
 ) -> list[Row]:
     """Rows of all ``cells``, in order: stored ones, and those that had to be run."""
     stored = read_rows(path, study)
-    rows: list[Row | None] = [
-        next((row for row in stored if same(cell, row)), None) for cell in cells
-    ]
-    missing = [k for k, row in enumerate(rows) if row is None]
+    rows: dict[Cell, Row] = {}
+    for cell, old in product(cells, stored):
+        if cell not in rows and same(cell, old):
+            rows[cell] = old
+    missing = [cell for cell in dict.fromkeys(cells) if cell not in rows]
     progress(len(cells) - len(missing))
-    for k, row in zip(missing, _mapped(run, [cells[k] for k in missing], jobs), strict=True):
-        rows[k] = row
-        others = [old for old in stored if not any(same(cell, old) for cell in cells)]
-        write_rows(path, study, [*others, *(row for row in rows if row is not None)])
+    others = [old for old in stored if not any(same(cell, old) for cell in cells)]
+    for cell, result in each_done(run, missing, jobs):
+        if isinstance(result, Died):
+            raise InputError(study, result.reason, "the rows stored so far are kept")
+        rows[cell] = result
+        write_rows(path, study, [*others, *(rows[one] for one in cells if one in rows)])
         progress(1)
-    return [row for row in rows if row is not None]
-
-
-def _mapped(run: Callable[[Cell], Row], cells: Sequence[Cell], jobs: int) -> Iterator[Row]:
-    if jobs == 1 or len(cells) < 2:
-        yield from map(run, cells)
-        return
-    context = multiprocessing.get_context("spawn")
-    with _one_thread_each(), ProcessPoolExecutor(jobs, context) as pool:
-        yield from pool.map(run, cells)
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Keep the workers' linear algebra to one thread: the processes already share the cores."""
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+    return [rows[cell] for cell in cells]

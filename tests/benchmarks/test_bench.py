@@ -22,6 +22,14 @@ def test_training_is_measured(ppg):
     assert all(row["value"] > 0 for row in rows)
 
 
+def test_sweeps_are_measured(ppg):
+    rows = ppg("bench", "sweep", "--quick", "--json").json["measurements"]
+    text = " ".join(row["what"] for row in rows)
+    assert "commit a row" in text
+    assert "two workers" in text
+    assert all(row["value"] > 0 for row in rows)
+
+
 def test_the_engine_is_measured_beside_highs(ppg):
     rows = ppg("bench", "engine", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)

@@ -1,0 +1,144 @@
+r"""What determines a result: a game, who plays it, and how it is simulated.
+
+    address = SHA-256 of the canonical JSON of (format, the game itself, player, its options,
+              its file's content, arena, episodes, groups, seed, solver, limits)
+
+Names of scenarios and files are not in it, what they stand for is: edit a game file and its cells
+are new ones, rename it and they are not.  Options that a player does not heed are left out, so
+that a grid over the starts of ``nash`` has one cell for ``social``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from baselines.pretrained import PLAYERS as PRETRAINED
+from baselines.pretrained import pretrained_file
+from benchmarks.comparison import ARENAS
+from benchmarks.players import FILE, Limits, chosen_players
+from ppg_env.errors import InputError, require
+from ppg_env.game import Game
+from ppg_env.gamefile import game_to_tables
+from ppg_env.make import make_game
+
+FORMAT = 1
+"""To be raised whenever a cell gives another row than before: old rows are then not found."""
+
+JOINT = ("potential", "social")
+"""Players that heed ``node_limit``."""
+
+DYNAMIC = ("nash", "receding")
+"""Players that heed ``start`` and ``order``."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One player in one game.
+
+    Attributes
+    ----------
+    scenario : a scenario's call or the path of a .toml file, as for ``make_game``.
+    player : a name that ``ppg compare`` knows, or a file of learned players.
+    fields : fields of the game to override, as for ``make_game``.
+    start, order : of best-response dynamics, for ``nash`` and ``receding``.
+    arena : ``schedule`` or ``env``, as for ``ppg compare``.
+    episodes, seed : simulated episodes, and the seed of everything random.
+    groups : groups of episodes in ``env``; learners have one per training run at least.  Players
+        with as many groups meet the same noise.
+    solver, time_limit, node_limit : of each planner; seconds depend on the machine, linear
+        programs (heeded by ``potential`` and ``social``) do not.
+    """
+
+    scenario: str
+    player: str
+    fields: Mapping[str, Any] = field(default_factory=dict)
+    start: str | None = None
+    order: str | tuple[int, ...] = "cyclic"
+    arena: str = "schedule"
+    episodes: int = 10_000
+    groups: int = 1
+    seed: int = 0
+    solver: str = "ENGINE"
+    time_limit: float | None = None
+    node_limit: int | None = None
+
+    def __post_init__(self) -> None:
+        known = self.arena in ARENAS
+        require(known, "arena", f"is {self.arena!r}", "write " + " or ".join(ARENAS))
+        names, _ = chosen_players(self.player, self.arena)
+        require(len(names) == 1, "player", f"is {self.player!r}", "name one; a cell has one player")
+        for name, least in (("episodes", 1), ("groups", 1), ("seed", 0)):
+            value = getattr(self, name)
+            require(value >= least, name, f"is {value}", f"give a whole number from {least} on")
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Copies in other processes find out for themselves what the names stand for there.
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @cached_property
+    def game(self) -> Game:
+        """The game; raises InputError if there is none."""
+        return make_game(self.scenario, **self.fields)
+
+    @property
+    def limits(self) -> Limits:
+        """What the player may use."""
+        return Limits(
+            self.solver, self.time_limit, self.seed, self.node_limit, self.start, self.order
+        )
+
+    @property
+    def heeded(self) -> dict[str, Any]:
+        """The options, with None for those that this player in this arena does not heed."""
+        dynamic = self.player in DYNAMIC
+        order = self.order if isinstance(self.order, str) else ",".join(map(str, self.order))
+        return {
+            "start": self.start if dynamic else None,
+            "order": order if dynamic else None,
+            "arena": self.arena,
+            "episodes": self.episodes,
+            "groups": self.groups if self.arena == "env" else None,
+            "seed": self.seed,
+            "solver": self.solver,
+            "time_limit": self.time_limit,
+            "node_limit": self.node_limit if self.player in JOINT else None,
+        }
+
+    @cached_property
+    def address(self) -> str:
+        """SHA-256, in hexadecimal, of everything that determines the result."""
+        content = {
+            "format": FORMAT,
+            "game": game_to_tables(self.game),
+            "player": FILE if self.player.endswith(FILE) else self.player,
+            "learned": self._file_digest(),
+            **self.heeded,
+        }
+        return hashlib.sha256(_canonical(content).encode()).hexdigest()
+
+    def _file_digest(self) -> str | None:
+        """Of the file of a learned player."""
+        if self.player in PRETRAINED:
+            path = pretrained_file(self.player, self.game)
+        elif self.player.endswith(FILE):
+            path = Path(self.player)
+        else:
+            return None
+        try:
+            return hashlib.sha256(path.read_bytes()).hexdigest()
+        except OSError as error:
+            raise InputError(
+                self.player, f"cannot be read ({error.strerror})", "check the path"
+            ) from None
+
+
+def _canonical(content: Mapping[str, Any]) -> str:
+    """JSON in which equal values are equal texts: keys sorted, whole numbers written as 3.0."""
+    numbers = json.loads(json.dumps(content, allow_nan=False), parse_int=float)
+    return json.dumps(numbers, sort_keys=True, separators=(",", ":"))

@@ -1,0 +1,82 @@
+"""Rows as a table in a file: CSV for everybody, Parquet with types.
+
+Lists are JSON in CSV and lists in Parquet; tables, the game among them, are JSON in both.  CSV
+leaves out the game, means and controls, which would drown the rest.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.sweeps.row import COLUMNS, PACKED, Row
+from ppg_env.errors import InputError, require
+from ppg_env.files import write_atomically
+
+SUFFIXES = (".csv", ".parquet")
+
+
+def check_export(path: str | Path) -> None:
+    """Refuse a file of another kind, before any work is done for it."""
+    known = Path(path).suffix.lower() in SUFFIXES
+    require(known, str(path), "is no table", "name a file ending in " + " or ".join(SUFFIXES))
+
+
+def export_rows(rows: Sequence[Row], path: str | Path) -> Path:
+    """Write ``rows`` to a .csv or .parquet file, whole or not at all."""
+    check_export(path)
+    as_bytes = _csv if Path(path).suffix.lower() == ".csv" else _parquet
+    return write_atomically(path, as_bytes(rows))
+
+
+def _csv(rows: Sequence[Row]) -> bytes:
+    columns = [name for name, kind in COLUMNS.items() if kind not in PACKED]
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([_text(getattr(row, name)) for name in columns])
+    return text.getvalue().encode()
+
+
+def _text(value: Any) -> Any:
+    return json.dumps(value) if isinstance(value, (list, dict)) else value
+
+
+def _parquet(rows: Sequence[Row]) -> bytes:
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(
+            ".parquet", "needs pyarrow", "install the extra `parquet`, or name a .csv file"
+        ) from None
+    number, estimate = pa.float64(), [(name, pa.float64()) for name in ("value", "low", "high")]
+    types = {
+        "str": pa.string(),
+        "int": pa.int64(),
+        "float": number,
+        "Numbers": pa.list_(number),
+        "Counts": pa.list_(pa.int64()),
+        "Words": pa.list_(pa.string()),
+        "Estimates": pa.list_(pa.struct(estimate)),
+        "Table": pa.string(),
+        "GameTables": pa.string(),
+        "Paths": pa.list_(pa.list_(pa.list_(number))),
+    }
+    arrays = {
+        name: pa.array([_cell(kind, getattr(row, name)) for row in rows], types[kind])
+        for name, kind in COLUMNS.items()
+    }
+    buffer = io.BytesIO()
+    parquet.write_table(pa.table(arrays), buffer)
+    return buffer.getvalue()
+
+
+def _cell(kind: str, value: Any) -> Any:
+    table = kind in ("Table", "GameTables") and value is not None
+    return json.dumps(value) if table else value

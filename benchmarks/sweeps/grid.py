@@ -1,0 +1,207 @@
+"""Grids of cells: every combination of games, values of their fields, players and seeds.
+
+On the command line, or as a file with the same words:
+
+    [sweep]
+    games = ["head_on", "circle(4)"]
+    players = ["nash", "social"]
+    seeds = "0:5"                      # or a list
+    episodes = 10_000
+    [set]                              # fields of the game, a list of values each
+    lam = [0.1, 0.5, [0.2, 0.8]]       # a list among them has one number per agent
+    speed = ["l1", "disc"]
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from benchmarks.players import FILE, chosen_players
+from benchmarks.sweeps.cell import DYNAMIC, Cell
+from ppg_env.errors import InputError, placed, require
+from ppg_env.gamefile import read_tables
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What to combine; the words are those of :class:`Cell`, and in the plural there are several.
+
+    ``starts`` and ``orders`` are combined for the players that heed them.  Unless given, the arena
+    is the environment if a player needs it.
+    """
+
+    games: tuple[str, ...]
+    values: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    players: tuple[str, ...] = ("nash", "potential", "social", "straight")
+    starts: tuple[str | None, ...] = (None,)
+    orders: tuple[str | tuple[int, ...], ...] = ("cyclic",)
+    seeds: tuple[int, ...] = (0,)
+    arena: str | None = None
+    episodes: int = 10_000
+    groups: int = 1
+    solver: str = "ENGINE"
+    time_limit: float | None = None
+    node_limit: int | None = None
+
+    def cells(self) -> list[Cell]:
+        """All combinations; games vary slowest, then fields, players, starts, orders, seeds."""
+        players, arena = chosen_players(",".join(self.players), self.arena)
+        return [
+            Cell(
+                game,
+                player,
+                dict(zip(self.values, chosen, strict=True)),
+                start,
+                order,
+                arena,
+                self.episodes,
+                self.groups,
+                seed,
+                self.solver,
+                self.time_limit,
+                self.node_limit,
+            )
+            for game in self.games
+            for chosen in product(*self.values.values())
+            for player in players
+            for start, order in self._dynamics(player)
+            for seed in self.seeds
+        ]
+
+    def _dynamics(self, player: str) -> list[tuple[str | None, str | tuple[int, ...]]]:
+        if player not in DYNAMIC:
+            return [(None, "cyclic")]
+        return list(product(self.starts, self.orders))
+
+
+def is_grid(path: str) -> bool:
+    """Whether the .toml file at ``path`` describes a sweep, not a game."""
+    return path.endswith(".toml") and "sweep" in read_tables(path)
+
+
+def read_grid(path: str | Path) -> Grid:
+    """The grid in a TOML file; games and players in files are looked for from its folder.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, or says anything else than a grid.
+    """
+    tables, folder = read_tables(path), Path(path).parent
+    with placed(str(path), ": "):
+        _known(tables, ("sweep", "set"), "the file")
+        words, values = (_table(tables, name) for name in ("sweep", "set"))
+        _known(words, tuple(READERS), "[sweep]")
+        require("games" in words, "sweep.games", "is missing", "list scenarios or game files")
+        for key in values:
+            with placed("set"):
+                _list(key, values[key])
+        read = {}
+        for key, value in words.items():
+            with placed("sweep"):
+                read[key] = READERS[key](key, value)
+        for key, suffix in (("games", ".toml"), ("players", FILE)):
+            found = read.get(key, ())
+            read |= {key: tuple(str(folder / f) if f.endswith(suffix) else f for f in found)}
+        return Grid(values=values, **{key: value for key, value in read.items() if value != ()})
+
+
+def field_values(text: str) -> tuple[str, list[Any]]:
+    """Name and values in ``lam=0.1,0.5``, ``speed=l1,disc`` or ``lam=[0.2,0.8],[0.5,0.5]``."""
+    name, sign, listed = (part.strip() for part in text.partition("="))
+    try:
+        values = tomllib.loads(f"values = [{listed}]")["values"]
+    except tomllib.TOMLDecodeError:  # words, as nobody quotes them on the command line
+        values = [part.strip() for part in listed.split(",")]
+    require(
+        bool(name and sign and listed and values),
+        "--set",
+        f"is {text!r}",
+        "write FIELD=VALUE,VALUE,... such as lam=0.1,0.5",
+    )
+    return name, values
+
+
+def whole_numbers(name: str, text: Any) -> tuple[int, ...]:
+    """The numbers in ``0:5`` (0 to 4) or ``1,4``; or those of a list."""
+    try:
+        if isinstance(text, str) and ":" in text:
+            first, last = text.split(":")
+            found = tuple(range(int(first or 0), int(last)))
+        else:
+            parts = text.split(",") if isinstance(text, str) else text
+            found = tuple(int(part) for part in parts)
+            if any(isinstance(part, (bool, float)) for part in parts):
+                raise ValueError
+    except (TypeError, ValueError):
+        found = ()
+    require(bool(found), name, f"is {text!r}", "write 0:5 for 0 to 4, or list whole numbers")
+    return found
+
+
+def _words(key: str, value: Any) -> tuple[str, ...]:
+    found = tuple(_list(key, value))
+    fits = all(isinstance(item, str) for item in found)
+    require(fits, key, f"is {value!r:.60}", 'write words in quotes, as in ["nash", "social"]')
+    return found
+
+
+def _orders(key: str, value: Any) -> tuple[str | tuple[int, ...], ...]:
+    return tuple(
+        item if isinstance(item, str) else whole_numbers(key, item) for item in _list(key, value)
+    )
+
+
+def _word(key: str, value: Any) -> str:
+    require(isinstance(value, str), key, f"is {value!r:.60}", "write one word in quotes")
+    return str(value)
+
+
+def _whole(key: str, value: Any) -> int:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    require(whole, key, f"is {value!r:.60}", "write a whole number")
+    return int(value)
+
+
+def _seconds(key: str, value: Any) -> float:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    require(number and value >= 0, key, f"is {value!r:.60}", "write a number of seconds")
+    return float(value)
+
+
+READERS: dict[str, Callable[[str, Any], Any]] = {
+    "games": _words,
+    "players": _words,
+    "starts": _words,
+    "orders": _orders,
+    "seeds": whole_numbers,
+    "arena": _word,
+    "episodes": _whole,
+    "groups": _whole,
+    "solver": _word,
+    "time_limit": _seconds,
+    "node_limit": _whole,
+}
+"""How each word of [sweep] is read."""
+
+
+def _list(key: str, value: Any) -> list[Any]:
+    filled = isinstance(value, list) and bool(value)
+    require(filled, key, f"is {value!r:.60}", "write a list of values in [ ]")
+    return list(value)
+
+
+def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    table = tables.get(name, {})
+    require(isinstance(table, Mapping), name, "is not a table", f"write it as [{name}]")
+    return table
+
+
+def _known(table: Mapping[str, Any], keys: Sequence[str], what: str) -> None:
+    for key in sorted(set(table) - set(keys)):
+        raise InputError(key, f"is not a key of {what}", "use one of " + ", ".join(keys))

@@ -1,0 +1,219 @@
+"""One function applied to many items: in this process, on the cores, or on a cluster.
+
+joblib does the work; the same code runs on each of its backends.  Libraries in the workers compute
+on one thread, since the workers already share the cores: loky is told so here, Dask and Ray do
+it by themselves.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import threading
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, TypeVar
+
+from benchmarks.sweeps.store import AGAIN
+from ppg_env.errors import InputError, require
+
+BACKENDS = ("loky", "dask", "ray")
+LOKY = BACKENDS[0]
+
+ROUND = 4
+"""Items per worker and round where a backend gives no result before it has all of them."""
+
+LOOK = 1.0
+"""Seconds between a worker's looks at whether its sweep is still there."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Died:
+    """Stands for the result of an item whose process died."""
+
+    reason: str
+
+
+def each_done(
+    work: Callable[[Item], Result], items: Sequence[Item], jobs: int = 1, backend: str = LOKY
+) -> Generator[tuple[Item, Result | Died], None, None]:
+    """Every item with its result as soon as it is there, in any order.
+
+    If a process dies on this machine, the items that may have been its last are run again one by
+    one, each in a process of its own, and the rest goes on.  Clusters repeat lost work themselves.
+    One job on this machine is this process.  What ``work`` raises is raised here.
+
+    Raises
+    ------
+    InputError
+        If the backend is not known or not installed, or a cluster gives up.
+    """
+    check_backend(backend)
+    if jobs == 1 and backend == LOKY:
+        yield from ((item, work(item)) for item in items)
+        return
+    left = dict.fromkeys(range(len(items)))  # in order
+    with _workers(backend, jobs) as count:
+        while left:
+            begun: list[int] = []
+            results = _mapped(work, items, left, count, begun)
+            try:
+                for k, result in results:
+                    del left[k]
+                    yield items[k], result
+            except BrokenProcessPool:
+                for k in begun:
+                    if k in left:
+                        del left[k]
+                        yield items[k], _alone(work, items[k])
+            finally:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # of tasks begun in vain
+                    results.close()
+
+
+def check_backend(name: str) -> None:
+    """Refuse an unknown backend."""
+    require(name in BACKENDS, "backend", f"is {name!r}", "write " + " or ".join(BACKENDS))
+
+
+def _mapped(
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    which: Iterable[int],
+    count: int,
+    begun: list[int],
+) -> Generator[tuple[int, Result], None, None]:
+    """Results with their indices; ``begun`` lists what was handed to a worker."""
+    from joblib import Parallel, delayed
+    from joblib.parallel import LokyBackend, get_active_backend
+
+    def tasks(some: Iterable[int]) -> Iterator[Any]:
+        for k in some:
+            begun.append(k)
+            yield delayed(_indexed)(work, k, items[k], parent)
+
+    local = isinstance(get_active_backend()[0], LokyBackend)
+    every, parent = tuple(which), os.getpid() if local else None
+    # Batches would hold results back that a kill then loses.
+    if get_active_backend()[0].supports_return_generator:
+        yield from Parallel(count, return_as="generator_unordered", batch_size=1)(tasks(every))
+        return
+    with Parallel(count, batch_size=1) as pool:  # Ray's backend answers when all is done
+        size = ROUND * count
+        for begin in range(0, len(every), size):
+            yield from pool(tasks(every[begin : begin + size]))
+
+
+def _indexed(
+    work: Callable[[Item], Result], k: int, item: Item, parent: int | None
+) -> tuple[int, Result]:
+    if parent is not None:
+        _leave_with(parent)
+    return k, work(item)
+
+
+@cache
+def _leave_with(parent: int) -> None:
+    """Let this process end when ``parent`` is gone; it would wait for work for minutes."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _alone(work: Callable[[Item], Result], item: Item) -> Result | Died:
+    try:
+        # Two jobs, since joblib would run a single one in this process.
+        ((_, result),) = _mapped(work, [item], [0], 2, [])
+    except BrokenProcessPool as error:
+        codes = re.search(r"\{.*?\}", str(error))
+        how = codes[0].strip("{}") if codes else "no exit code"
+        return Died(
+            f"the process that ran it died ({how}): out of memory, killed, or a fault of a back "
+            "end; give it more memory, or fewer jobs, and run failed cells again"
+        )
+    return result
+
+
+def _workers(backend: str, jobs: int) -> AbstractContextManager[int]:
+    """Make ``backend`` the one that joblib uses, and yield how many jobs to ask it for."""
+    return {"loky": _loky, "dask": _dask, "ray": _ray}[backend](jobs)
+
+
+@contextmanager
+def _loky(jobs: int) -> Iterator[int]:
+    from joblib import parallel_config
+
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        yield jobs
+
+
+@contextmanager
+def _dask(jobs: int) -> Iterator[int]:
+    """The scheduler named in Dask's configuration, or a local one."""
+    with _told("dask"):
+        import dask
+        from distributed import Client
+        from joblib import parallel_config
+
+        address = dask.config.get("scheduler-address", None)
+        cores = {"n_workers": jobs, "threads_per_worker": 1, "dashboard_address": None}
+        client = Client(address) if address else Client(**cores)
+        with client, parallel_config(backend="dask"):
+            yield -1 if address else jobs
+
+
+@contextmanager
+def _ray(jobs: int) -> Iterator[int]:
+    """The cluster that RAY_ADDRESS names, or a local one."""
+    with _told("ray"):
+        import ray
+        from joblib import parallel_config
+        from ray.util.joblib import register_ray
+
+        address = os.environ.get("RAY_ADDRESS")
+        ray.init(
+            address or "local",  # without a word it would take up any cluster that it finds
+            num_cpus=None if address else jobs,
+            include_dashboard=False,
+            log_to_driver=False,
+            logging_level=logging.ERROR,
+        )
+        register_ray()
+        try:
+            with parallel_config(backend="ray"):
+                yield int(ray.cluster_resources()["CPU"])
+        finally:
+            ray.shutdown()
+
+
+@contextmanager
+def _told(backend: str) -> Iterator[None]:
+    """A cluster's failures in a sentence."""
+    try:
+        yield
+    except InputError:
+        raise
+    except ImportError as error:
+        raise InputError(
+            "backend", f"{backend} is not installed ({error})", "install the extra `cluster`"
+        ) from None
+    except Exception as error:
+        raise InputError(
+            backend,
+            f"the cluster gave up ({type(error).__name__}: {error!s:.300})",
+            f"see its logs, {AGAIN}",
+        ) from None

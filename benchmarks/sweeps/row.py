@@ -1,0 +1,191 @@
+"""A row of a sweep: what was asked, and what was found.
+
+Numbers that are infinite or undefined are None, as in JSON, so that a row is the same before and
+after it was stored.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from benchmarks.sweeps.cell import Cell
+from ppg_env.controls import pieces
+from ppg_env.gamefile import game_to_tables
+from ppg_env.planfile import to_json
+
+FAILED = "failed"
+"""Status of a cell that ended in an error."""
+
+Numbers = list[float | None]
+Counts = list[int | None]
+Words = list[str]
+Estimates = list[dict[str, float]]
+"""Of ``value``, ``low`` and ``high``."""
+
+Table = dict[str, Any]
+GameTables = dict[str, Any]
+Paths = list[list[list[float]]]
+
+PACKED = ("GameTables", "Paths")
+"""What is large, and so is stored compressed."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One cell and its result; the columns of the store, in this order.
+
+    Lists have one entry per agent, unless something else is said.
+
+    Attributes
+    ----------
+    address : of the cell.
+    scenario : the game's name; the stem of its file if it has none.
+    lam, gain, noise, speed : the value that all agents share (a matrix k I counts as k; speed is
+        the kind of their control sets), None if there is none.
+    lams : lam of each agent.
+    fields : the fields of the game that were overridden.
+    game : the whole game, as in a game file.
+    start, order, arena, ... node_limit : of the cell; None for what its player does not heed.
+    status : how the planner ended, ``trained`` for learners, ``failed`` after an error.
+    reason : why there is no result, with advice; None if there is one.
+    arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of planners, by the evaluator.
+    social_cost, potential, risk_bound_any, complaints : likewise, of all agents together.
+    minimised, value, bound, gap, regret, updates : what is proved, as ``ppg solve`` prints it.
+    information, runs, played_arrival, arrival_mean, success : as ``ppg compare`` prints them.
+    crash_probability, crash_probability_low, crash_probability_high : of anybody, with limits.
+    crash_probability_agents : of each.
+    expected_cost, expected_cost_low, expected_cost_high : mean over agents, with limits.
+    over_runs : limits over training runs.
+    means, controls : (N, H+1, n) and (N, H, m), of the plans.
+    seconds : wall time, the only entry that the cell does not determine.
+    """
+
+    address: str
+    scenario: str
+    player: str
+    agents: int
+    objective: str
+    lam: float | None
+    gain: float | None
+    noise: float | None
+    speed: str | None
+    horizon: int
+    margin_cap: float
+    crash_cost: float
+    scale: str
+    lams: Numbers
+    fields: Table
+    game: GameTables
+    start: str | None
+    order: str | None
+    arena: str
+    episodes: int
+    groups: int | None
+    seed: int
+    solver: str
+    time_limit: float | None
+    node_limit: int | None
+    status: str
+    reason: str | None = None
+    arrival: Counts | None = None
+    cost: Numbers | None = None
+    shifted_cost: Numbers | None = None
+    safety_cost: Numbers | None = None
+    deficit: Numbers | None = None
+    risk_bound: Numbers | None = None
+    social_cost: float | None = None
+    potential: float | None = None
+    risk_bound_any: float | None = None
+    complaints: Words | None = None
+    minimised: str | None = None
+    value: float | None = None
+    bound: float | None = None
+    gap: float | None = None
+    regret: Numbers | None = None
+    updates: int | None = None
+    information: str | None = None
+    runs: int | None = None
+    played_arrival: Numbers | None = None
+    arrival_mean: float | None = None
+    success: Estimates | None = None
+    crash_probability: float | None = None
+    crash_probability_low: float | None = None
+    crash_probability_high: float | None = None
+    crash_probability_agents: Estimates | None = None
+    expected_cost: float | None = None
+    expected_cost_low: float | None = None
+    expected_cost_high: float | None = None
+    over_runs: Table | None = None
+    means: Paths | None = None
+    controls: Paths | None = None
+    seconds: float = 0.0
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is no result."""
+        return self.reason is not None
+
+
+COLUMNS: dict[str, str] = {one.name: str(one.type).removesuffix(" | None") for one in fields(Row)}
+"""Name and type of every column."""
+
+
+def make_row(cell: Cell, report: Mapping[str, Any]) -> Row:
+    """The row of ``cell``; ``report`` may hold more than a row has places for."""
+    found: dict[str, Any] = {}
+    for name, value in json.loads(to_json(report)).items():
+        if isinstance(value, dict) and set(value) == {"value", "low", "high"}:
+            found |= {name: value["value"], f"{name}_low": value["low"]}
+            found[f"{name}_high"] = value["high"]
+        else:
+            found[name] = value
+    asked = _asked(cell)
+    result = {name: found[name] for name in COLUMNS if name in found and name not in asked}
+    return Row(**asked, **result)
+
+
+def _asked(cell: Cell) -> dict[str, Any]:
+    """What a row says of its cell."""
+    game = cell.game
+    agents = game.agents
+    return {
+        "address": cell.address,
+        "scenario": game.name or cell.scenario.rpartition("/")[2].removesuffix(".toml"),
+        "player": cell.player,
+        "agents": len(agents),
+        "objective": game.objective,
+        "lam": _common(agent.lam for agent in agents),
+        "gain": _common(_multiple(agent.gain) for agent in agents),
+        "noise": _common(_multiple(agent.noise) for agent in agents),
+        "speed": _common(held.kind for agent in agents for _, held in pieces(agent.control)),
+        "horizon": game.horizon,
+        "margin_cap": game.margin_cap,
+        "crash_cost": game.crash_cost,
+        "scale": game.scale,
+        "lams": [agent.lam for agent in agents],
+        "fields": json.loads(json.dumps(cell.fields, default=_written)),
+        "game": game_to_tables(game),
+        **cell.heeded,
+    }
+
+
+def _common(values: Iterable[Any]) -> Any:
+    """The value that all of ``values`` have, or None."""
+    first, *others = values
+    return first if all(other == first for other in others) else None
+
+
+def _multiple(matrix: np.ndarray) -> float | None:
+    """The number k of a ``matrix`` k I; None of any other."""
+    k = float(matrix[0, 0])
+    return k if np.array_equal(matrix, k * np.eye(*matrix.shape)) else None
+
+
+def _written(value: Any) -> Any:
+    """What JSON has no form for, such as arrays and polytopes."""
+    return value.tolist() if isinstance(value, np.ndarray) else repr(value)
