@@ -90,7 +90,7 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
 
     With A = B = I that is the straight line at constant speed.  Least effort is the
     minimum-norm solution of the reachability equation; a time is admitted when those controls
-    lie in their sets, or those of least sum |u_t|^2 / room_t do, which bear what the first leave
+    lie in their sets, or those of least sum of u_t' u_t / room_t, which bear what the first leave
     room for: where speed sets change, the straight line is flown as fast as they let.  None when
     no time up to ``horizon`` is admitted.
     """
