@@ -10,6 +10,7 @@ from benchmarks.commands.compare import compare
 from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
+from benchmarks.commands.reproduce import reproduce
 from benchmarks.commands.risk import risk
 from benchmarks.commands.scenarios import scenarios
 from benchmarks.commands.show import show
@@ -28,6 +29,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "train": train,
     "compare": compare,
     "regret": regret,
+    "reproduce": reproduce,
     "sweep": sweep,
     "study": study,
     "render": render,

@@ -1,0 +1,1 @@
+"""The paper's figures and claims, from cells of a sweep to verdicts."""

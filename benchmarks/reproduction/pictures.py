@@ -1,0 +1,134 @@
+"""The paper's figures: objective, time and safety over lam, and the crash probability beside them.
+
+One file per setting and gain, a line of panels per scenario.  Thick lines are averages over the
+agents, as in the paper; thin ones the agents; the band spans all equilibria that were found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.pictures import new_figure
+from benchmarks.reproduction.curves import Curve, Panel
+from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, POTENTIAL, SOCIAL
+from ppg_env.render import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STYLES = {
+    SOCIAL: (COLOURS[0], "-", "s"),
+    BEST_RESPONSE: (COLOURS[1], "-", "o"),
+    POTENTIAL: (COLOURS[2], "--", "^"),
+}
+"""Colour, line and marker; never colour alone."""
+
+LEAST_SPAN = 0.1
+"""Steps, or units of margin, that an axis spans at least."""
+
+COLUMNS = {
+    "objective": "(a) objective, shifted\n(steps)",
+    "time": "(b) time to goal\n(steps)",
+    "safety": "(c) safety lost, Σ(M' − s)\n(√2σ, sum over steps)",
+    "crash": "(d) Pr(anybody crashes)\nper episode",
+}
+
+
+def draw(panels: Sequence[Panel]) -> Figure:
+    """The panels of one setting and gain, one line each; lower is better everywhere."""
+    figure = new_figure(11.0, 1.3 + 1.75 * len(panels))
+    grid: Any = figure.subplots(len(panels), len(COLUMNS), sharex=True, squeeze=False)
+    for line, panel in zip(grid, panels, strict=True):
+        for axes, quantity in zip(line, COLUMNS, strict=True):
+            if quantity == "crash":
+                _crashes(axes, panel)
+            else:
+                _averages(axes, panel, quantity)
+                _widen(axes)
+            axes.grid(axis="y", alpha=0.3)
+            axes.margins(x=0.03)
+        line[0].set_ylabel(panel.place.scenario, fontsize=10)
+    for axes, title in zip(grid[0], COLUMNS.values(), strict=True):
+        axes.set_title(title, fontsize=9)
+    for axes in grid[-1]:
+        axes.set_xlabel("λ (weight of time)", fontsize=8)
+    handles, labels = grid[0][-1].get_legend_handles_labels()
+    band = grid[0][0].collections[0]
+    figure.legend(
+        [*handles, band],
+        [*labels, "all equilibria found"],
+        loc="outside lower center",
+        ncols=5,
+        fontsize=8,
+    )
+    place = panels[0].place
+    figure.suptitle(f"Selfish and social plans: {place.setting}, K = {place.gain:g}", fontsize=11)
+    return figure
+
+
+def _averages(axes: Axes, panel: Panel, quantity: str) -> None:
+    low, high = panel.band(quantity)
+    axes.fill_between(panel.lams, low, high, color="0.6", alpha=0.35, linewidth=0)
+    for name, (colour, line, marker) in STYLES.items():
+        curve = panel.curves[name]
+        if name != POTENTIAL:  # three bundles of thin lines would hide each other
+            axes.plot(
+                panel.lams, getattr(curve, quantity), line, color=colour, linewidth=0.6, alpha=0.5
+            )
+        axes.plot(
+            panel.lams,
+            curve.mean(quantity),
+            line,
+            color=colour,
+            marker=marker,
+            markersize=4,
+            linewidth=1.4,
+        )
+
+
+def _widen(axes: Axes) -> None:
+    """Do not blow rounding errors up to the height of the panel."""
+    low, high = axes.get_ylim()
+    if high - low < LEAST_SPAN:
+        middle = (low + high) / 2
+        axes.set_ylim(middle - LEAST_SPAN / 2, middle + LEAST_SPAN / 2)
+
+
+def _crashes(axes: Axes, panel: Panel) -> None:
+    low = _extreme(panel, np.fmin.reduce)
+    high = _extreme(panel, np.fmax.reduce)
+    axes.fill_between(panel.lams, low, high, color="0.6", alpha=0.35, linewidth=0)
+    for name, (colour, line, marker) in STYLES.items():
+        curve = panel.curves[name]
+        value, lower, upper = _shown(curve)
+        axes.errorbar(
+            panel.lams,
+            value,
+            yerr=np.array([value - lower, upper - value]),
+            fmt=line,
+            color=colour,
+            marker=marker,
+            markersize=4,
+            linewidth=1.2,
+            elinewidth=0.8,
+            label=name,
+        )
+        axes.plot(panel.lams, curve.risk_bound, ":", color=colour, linewidth=1.0)
+    axes.plot([], [], ":", color="0.3", linewidth=1.0, label="union bounds")
+    axes.set_yscale("log")
+
+
+def _shown(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Value and limits; where no crash was seen, the upper limit stands for all."""
+    value, low, high = curve.crash.T
+    seen = value > 0
+    return np.where(seen, value, high), np.where(seen, np.maximum(low, high / 1e6), high), high
+
+
+def _extreme(panel: Panel, reduce: Any) -> np.ndarray:
+    found: np.ndarray = reduce([_shown(panel.curves[name])[0] for name in EQUILIBRIA])
+    return found

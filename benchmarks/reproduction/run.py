@@ -1,0 +1,126 @@
+"""The whole reproduction: cells, panels, and the claims with their verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.reproduction.claims import CLAIMS, Claim
+from benchmarks.reproduction.curves import QUANTITIES, Curve, Panel, make_panel
+from benchmarks.reproduction.grid import Extent, Place
+from benchmarks.reproduction.verdicts import Case, Verdict, verdict
+from benchmarks.sweeps import sweep
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A claim, the cases it was put to, and the verdict."""
+
+    claim: Claim
+    cases: Sequence[Case]
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything that was found."""
+
+    extent: Extent
+    panels: dict[Place, Panel]
+    findings: list[Finding]
+
+    @property
+    def failed(self) -> list[str]:
+        """Why cells have no result, one sentence each."""
+        return [
+            f"{place.scenario}, K = {place.gain:g}, {place.setting}, {name}: {reason}"
+            for place, panel in self.panels.items()
+            for name, curve in panel.curves.items()
+            for reason in curve.reasons
+            if reason
+        ]
+
+
+def reproduce(
+    extent: Extent,
+    store: str | Path,
+    *,
+    jobs: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> Reproduction:
+    """Run the cells that ``store`` lacks, and judge the claims by all of them.
+
+    ``progress`` is called with numbers of cells, as by :func:`benchmarks.sweeps.sweep`.
+    """
+    asked = {place: extent.cells(place) for place in extent.places()}
+    cells = [cell for solutions in asked.values() for mine in solutions.values() for cell in mine]
+    rows = iter(sweep(cells, store, jobs=jobs, progress=progress))
+    panels = {}
+    for place, solutions in asked.items():
+        found = {name: [next(rows) for _ in mine] for name, mine in solutions.items()}
+        panels[place] = make_panel(place, extent.lams, found)
+    return Reproduction(extent, panels, judge(panels))
+
+
+def judge(panels: dict[Place, Panel]) -> list[Finding]:
+    """Every claim with its cases and verdict."""
+    findings = []
+    for claim in CLAIMS:
+        cases = list(claim.cases(panels))
+        findings.append(Finding(claim, cases, verdict(cases)))
+    return findings
+
+
+def report(found: Reproduction) -> dict[str, Any]:
+    """What ``ppg reproduce --json`` prints, and the docs are made of."""
+    extent = found.extent
+    return {
+        "episodes": extent.episodes,
+        "seed": extent.seed,
+        "lam": list(extent.lams),
+        "claims": [_claim(one) for one in found.findings],
+        "panels": [_panel(panel) for panel in found.panels.values()],
+        "failed": found.failed,
+    }
+
+
+def _claim(found: Finding) -> dict[str, Any]:
+    claim, verdict = found.claim, found.verdict
+    return {
+        "key": claim.key,
+        "text": claim.text,
+        "source": claim.source,
+        "definition": claim.definition,
+        "verdict": str(verdict),
+        "word": verdict.word,
+        "holding": verdict.holding,
+        "total": verdict.total,
+        "on": verdict.on,
+        "cases": [
+            {**case.factors, "holds": case.holds, "evidence": case.evidence} for case in found.cases
+        ],
+    }
+
+
+def _panel(panel: Panel) -> dict[str, Any]:
+    place = panel.place
+    return {
+        "speed": place.setting.speed,
+        "margin_cap": place.setting.margin_cap,
+        "scenario": place.scenario,
+        "gain": place.gain,
+        "curves": {name: _curve(curve) for name, curve in panel.curves.items()},
+    }
+
+
+def _curve(curve: Curve) -> dict[str, Any]:
+    return {
+        **{name: curve.mean(name) for name in QUANTITIES},
+        "agents": {name: getattr(curve, name) for name in QUANTITIES},
+        "crash_probability": curve.crash,
+        "risk_bound": curve.risk_bound,
+        "regret": curve.regret,
+        "status": curve.status,
+    }
