@@ -33,7 +33,7 @@ LEAST_SPAN = 0.1
 COLUMNS = {
     "objective": "(a) objective, shifted\n(steps)",
     "time": "(b) time to goal\n(steps)",
-    "safety": "(c) safety lost, Σ(M' − s)\n(√2σ, sum over steps)",
+    "safety": "(c) safety lost, $\\Sigma\\,(M' - s)$\n(units of $\\sqrt{2}\\,\\sigma$)",
     "crash": "(d) Pr(anybody crashes)\nper episode",
 }
 
