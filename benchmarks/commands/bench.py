@@ -19,6 +19,7 @@ TITLES = {
     "many": "Many agents, on one core",
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
+    "risk": "Crash probabilities, on one core",
 }
 SUITES = {
     "planning": "benchmarks.timing",
@@ -26,6 +27,7 @@ SUITES = {
     "many": "benchmarks.many",
     "environment": "benchmarks.rates",
     "learning": "benchmarks.training_rate",
+    "risk": "benchmarks.risk_rate",
 }
 
 
@@ -37,7 +39,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning and start-up, many agents, the environment beside its rivals, or PPO."""
+    """Measure planning and start-up, many agents, the environment, PPO, or risks."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))

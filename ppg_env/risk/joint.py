@@ -12,8 +12,6 @@ coordinates, as all are with boxes and independent axes, is its own only box: th
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 from scipy.special import logsumexp
 
@@ -129,31 +127,41 @@ def _inner_boxes(
     bottom, top = corners.min(axis=1), corners.max(axis=1)
     if all(map(is_box, normals)):
         return bottom[:, None], top[:, None]
-    middle = _nearest(one, corners, normals, rooms)
-    cuts = np.array(GRID[one.dim])[:, None] + middle[:, None, 1:]
+    cuts = np.array(GRID[one.dim])[:, None] + _nearest(one, corners, normals, rooms)[:, None, 1:]
     cuts = np.clip(cuts, bottom[:, None, 1:], top[:, None, 1:])  # (B, G, d - 1)
-    axes = np.arange(one.dim - 1)
-    lows, highs = [], []
-    for cell in product(range(cuts.shape[1] - 1), repeat=one.dim - 1):
-        steps = product((0, 1), repeat=one.dim - 1)
-        rims = [_chord(normals, rooms, cuts[:, np.add(cell, step), axes]) for step in steps]
-        start, end = np.max([rim[0] for rim in rims], axis=0), np.min([r[1] for r in rims], axis=0)
-        lows.append(np.column_stack([start, cuts[:, cell, axes]]))
-        highs.append(np.column_stack([end, cuts[:, np.add(cell, 1), axes]]))
-    return np.stack(lows, axis=1), np.stack(highs, axis=1)
+    batch, count, across = cuts.shape
+    start, end = _chords(normals, rooms, _lattice(cuts))
+    start, end = (ends.reshape(batch, *[count] * across) for ends in (start, end))
+    before, after = np.arange(count - 1), np.arange(1, count)
+    for axis in range(1, across + 1):  # of a cell's corners the one that is worst
+        start = np.maximum(start.take(before, axis), start.take(after, axis))
+        end = np.minimum(end.take(before, axis), end.take(after, axis))
+    low = [start.reshape(batch, -1, 1), _lattice(cuts[:, :-1])]
+    high = [end.reshape(batch, -1, 1), _lattice(cuts[:, 1:])]
+    return np.concatenate(low, axis=2), np.concatenate(high, axis=2)
 
 
-def _chord(
-    normals: np.ndarray, rooms: np.ndarray, place: np.ndarray
+def _lattice(cuts: np.ndarray) -> np.ndarray:
+    """(B, G^k, k) all points whose coordinates are in ``cuts`` (B, G, k)."""
+    count, across = cuts.shape[1:]
+    index = np.indices([count] * across).reshape(across, -1)
+    return np.stack([cuts[:, index[k], k] for k in range(across)], axis=-1)
+
+
+def _chords(
+    normals: np.ndarray, rooms: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the first axis enters and leaves a set at ``place`` (B, d - 1); start > end: never."""
-    slope = normals[..., 0]
-    left = rooms - np.einsum("bfk,bk->bf", normals[..., 1:], place)
+    """Where the first axis enters and leaves a set at ``places`` (B, P, d - 1).
+
+    Where it never does, the start is beyond the end.
+    """
+    slope = normals[:, None, :, 0]
+    left = rooms[:, None] - places @ _transposed(normals[..., 1:])  # (B, P, F)
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = left / slope
-    start = np.where(slope < 0, ends, -np.inf).max(axis=1)
-    end = np.where(slope > 0, ends, np.inf).min(axis=1)
-    outside = ((slope == 0) & (left < 0)).any(axis=1)
+    start = np.where(slope < 0, ends, -np.inf).max(axis=-1)
+    end = np.where(slope > 0, ends, np.inf).min(axis=-1)
+    outside = ((slope == 0) & (left < 0)).any(axis=-1)
     return np.where(outside, np.inf, start), end
 
 

@@ -28,3 +28,9 @@ def test_the_engine_is_measured_beside_highs(ppg):
     assert "median ms" in text
     assert "HIGHS / engine" in text
     assert all(row["value"] > 0 for row in rows)
+
+
+def test_crash_probabilities_are_timed(ppg):
+    rows = ppg("bench", "risk", "--quick", "--json").json["measurements"]
+    assert any("exact, a plan of two agents" in row["what"] for row in rows)
+    assert all(row["value"] > 0 for row in rows)
