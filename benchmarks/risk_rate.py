@@ -13,7 +13,7 @@ from benchmarks.rates import on_one_core
 from ppg_env.game import Agent, Game
 from ppg_env.plan import Profile, straight_plan
 from ppg_env.polytope import Polytope
-from ppg_env.risk import risk_bounds
+from ppg_env.risk.bounds import risk_bounds
 
 REPEATS = 7
 

@@ -14,7 +14,7 @@ from ppg_env import Agent, Game, Polytope, evaluate, make_game, make_profile
 from ppg_env.game import override
 from ppg_env.montecarlo import crash_counts
 from ppg_env.plan import Profile
-from ppg_env.risk import Bounds, risk_bounds
+from ppg_env.risk.bounds import Bounds, risk_bounds
 from tests.ppg_env.strategies import Play, plays
 from tests.ppg_env.test_montecarlo import DELAYS, close_pair, straight
 
