@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from decimal import ROUND_CEILING, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,8 +58,9 @@ class Chance:
 
     def __str__(self) -> str:
         """Never a bare zero: what was not seen shows its upper limit."""
-        if self.low == 0 and self.probability == self.high:
-            return f"<= {at_most(self.high)}"
+        if self.probability == self.high:
+            least = f", >= {_rounded(self.low, ROUND_FLOOR)}" if self.low else ""
+            return f"<= {at_most(self.high)}{least}"
         if self.probability == 0:
             return f"< {self.high:.1e}"
         return f"{self.probability:.2e} [{self.low:.1e}, {self.high:.1e}]"
@@ -116,7 +117,7 @@ def exact(question: Question) -> Answer:
     chosen = [[i in agents for agents in members] for i in everybody] + [[True] * len(members)]
     return Answer(
         "Exact for each instant; over time certified to be at most this (the tightest bound), and "
-        "at least the likeliest instant, in brackets.",
+        "at least the likeliest instant.",
         tuple(chances[:-1]),
         chances[-1],
         details=_details(question.game, found),
@@ -177,7 +178,11 @@ def _counted(estimate: Estimate) -> Chance:
 
 def at_most(bound: float) -> str:
     """A bound in three digits, rounded up: rounded down it would be none."""
-    return f"{float(Context(prec=3, rounding=ROUND_CEILING).create_decimal(bound)):.2e}"
+    return _rounded(bound, ROUND_CEILING)
+
+
+def _rounded(value: float, way: str) -> str:
+    return f"{float(Context(prec=3, rounding=way).create_decimal(value)):.2e}"
 
 
 def _times(one: Bounds, name: str) -> str:

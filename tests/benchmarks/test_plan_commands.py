@@ -175,7 +175,8 @@ def test_bounds_are_rounded_up_and_nothing_seen_shows_the_limit():
     assert str(Chance(0.1, 0.0, 0.1)).startswith("<= ")
     assert float(str(Chance(0.1, 0.0, 0.1))[3:]) >= 0.1
     assert str(Chance(0.0, 0.0, 0.0036)) == "< 3.6e-03"
-    assert str(Chance(0.02, 0.01, 0.02)) == "2.00e-02 [1.0e-02, 2.0e-02]"
+    assert str(Chance(0.020001, 0.010099, 0.020001)) == "<= 2.01e-02, >= 1.00e-02"
+    assert str(Chance(0.02, 0.01, 0.03)) == "2.00e-02 [1.0e-02, 3.0e-02]"
 
 
 def test_a_plan_that_cannot_crash_within_a_float_still_shows_a_limit(ppg, tmp_path):
