@@ -109,6 +109,9 @@ class Evaluation:
     def risk_bound(self) -> np.ndarray:
         """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
 
+        Margins are capped, so an instant counts g(M') at least: that keeps the bound valid, and
+        makes it loose where margins are wide (:mod:`ppg_env.risk.bounds` has tighter ones).
+
         Raises
         ------
         InputError

@@ -41,7 +41,7 @@ def draw(rows: Sequence[Row], speed: str, path: str) -> None:
             _panel(axes, chosen)
             axes.set_title(f"{scenario}, objective {objective}", fontsize=9, loc="left")
     for axes in grid[-1]:
-        axes.set_xlabel("Pr(anybody crashes), log scale")
+        axes.set_xlabel("Pr(anybody crashes); at the left end: or less", fontsize=8)
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(f"How tight the bounds are: speed set {speed}", fontsize=10)

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtr
+from scipy.stats import multivariate_normal
 
 from ppg_env import Agent, Game, Polytope, evaluate, make_game, make_profile
 from ppg_env.game import override
 from ppg_env.montecarlo import crash_counts
 from ppg_env.plan import Profile
 from ppg_env.risk.bounds import Bounds, risk_bounds
-from tests.ppg_env.strategies import Play, plays
+from tests.ppg_env.strategies import Play, double_integrator, plays
 from tests.ppg_env.test_montecarlo import DELAYS, close_pair, straight
 
 ORDER = ("union", "faces", "instants", "tree", "least")
@@ -100,11 +101,26 @@ def test_one_agent_and_a_wall_are_sums_of_normal_tails() -> None:
 
 def test_the_forest_takes_off_what_successive_times_share() -> None:
     """A random walk that has crossed a line twice in a row, by the bivariate normal."""
-    from scipy.stats import multivariate_normal
-
     game, profile = one_agent_and_a_wall(4.0, 3)
     found = risk_bounds(game, profile).any
     shared = multivariate_normal([0, 0], [[1, 1], [1, 2]]).cdf([-3.0, -3.0])
+    assert found.instants - found.tree == pytest.approx(shared, rel=1e-4)
+
+
+def test_what_times_share_follows_the_error_dynamics() -> None:
+    """With velocities as states: noise in position and velocity together, and a feedback gain."""
+    A, B = double_integrator(2)
+    noise = np.kron([[1.0, 0.7], [0.7, 1.0]], np.eye(2))
+    gain = np.hstack([0.1 * np.eye(2), 0.3 * np.eye(2)])
+    still = Polytope.box([2.0, 2.0])
+    agent = Agent([0, 4, 1, 0], [3, 4], still, still, gain=gain, noise=noise, A=A, B=B)
+    game = Game((agent,), one_agent_and_a_wall(4.0, 3)[0].obstacles, horizon=3)
+    found = risk_bounds(game, make_profile(game, [np.zeros((3, 2))])).any
+    # e_1 = w_0 and e_2 = L w_0 + w_1, heights alone
+    row = (A - B @ gain)[1]
+    between, later = noise[1] @ row, row @ noise @ row + noise[1, 1]
+    pair = multivariate_normal([0, 0], [[noise[1, 1], between], [between, later]])
+    shared = pair.cdf([-3.0, -3.0])
     assert found.instants - found.tree == pytest.approx(shared, rel=1e-4)
 
 
@@ -120,7 +136,7 @@ def test_certain_motion_happens_once() -> None:
 
 def test_two_walls_that_are_hit_together_count_once() -> None:
     """The same obstacle twice: the forest joins encounters of one agent at one time."""
-    game, profile = one_agent_and_a_wall(4.0, 2)
+    game, profile = one_agent_and_a_wall(4.0, 5)
     twice = override(game, obstacles=game.obstacles * 2)
     single, double = risk_bounds(game, profile).any, risk_bounds(twice, profile).any
     assert double.instants == pytest.approx(2 * single.instants)
