@@ -157,7 +157,7 @@ def _chords(
     """
     slope = normals[:, None, :, 0]
     left = rooms[:, None] - places @ _transposed(normals[..., 1:])  # (B, P, F)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ends = left / slope
     start = np.where(slope < 0, ends, -np.inf).max(axis=-1)
     end = np.where(slope > 0, ends, np.inf).min(axis=-1)

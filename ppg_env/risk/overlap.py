@@ -146,7 +146,7 @@ def _log_chord(collision: Polytope, mean: np.ndarray, direction: np.ndarray) -> 
     level = np.abs(slope) <= FLAT * np.linalg.norm(direction)
     if (room[level] <= tol.LENGTH).any():
         return -np.inf
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         ends = room / slope
     low, high = ends[~level & (slope < 0)].max(), ends[~level & (slope > 0)].min()
     return float(log_interval(low, high))
