@@ -35,6 +35,7 @@ class Question:
     ----------
     profile : the plans that are played on schedule; None for players without plans.
     contender : who plays in the environment; None for a plan file.
+    limits : a solver for players that plan on the way, and the seed.
     episodes : to simulate, for methods that do.
     progress : is told how many episodes are done since the last call.
     """
@@ -42,8 +43,8 @@ class Question:
     game: Game
     profile: Profile | None
     contender: Contender | None = None
+    limits: Limits = field(default_factory=Limits)
     episodes: int = 1_000_000
-    seed: int = 0
     workers: int = 1
     progress: Callable[[int], None] = lambda _count: None
 
@@ -135,7 +136,7 @@ def mc(question: Question) -> Answer:
             question.game,
             question.profile,
             question.episodes,
-            question.seed,
+            question.limits.seed,
             workers=question.workers,
             progress=question.progress,
         )
@@ -145,8 +146,8 @@ def mc(question: Question) -> Answer:
         from baselines.evaluation import judge
 
         assert question.contender is not None
-        runs = question.contender.policies(question.game, Limits())
-        summary = judge(question.game, runs, question.episodes, question.seed).summary
+        runs = question.contender.policies(question.game, question.limits)
+        summary = judge(question.game, runs, question.episodes, question.limits.seed).summary
         arena, where = "env", "in the environment"
         each, anybody = list(summary.crash), summary.crash_any
     return Answer(

@@ -67,7 +67,7 @@ def risk(
             done += count
             status.update(f"simulated {done:,} of {episodes:,} episodes")
 
-        asked = replace(asked, episodes=episodes, seed=seed, workers=workers, progress=tell)
+        asked = replace(asked, episodes=episodes, workers=workers, progress=tell)
         found = risk_methods.METHODS[method](asked)
         seconds = monotonic() - begun
     if complaints:
@@ -101,7 +101,7 @@ def risk(
 
 def _question(subject: str, player: str | None, overrides: dict[str, Any], limits: Any) -> Question:
     """A plan file has its game and its plans; in a game, planners plan first."""
-    from benchmarks.players import chosen_players, contender
+    from benchmarks.players import RECEDING, chosen_players, contender
     from benchmarks.risk_methods import Question
     from ppg_env.errors import require
     from ppg_env.make import make_game
@@ -112,13 +112,14 @@ def _question(subject: str, player: str | None, overrides: dict[str, Any], limit
         given += [f"--{name.replace('_', '-')}" for name in overrides]
         require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
         game, profile, _ = read_plan(subject)
-        return Question(game, profile)
+        return Question(game, profile, limits=limits)
     names, _ = chosen_players("nash" if player is None else player)
     require(len(names) == 1, "--player", "has several names", "name one")
     made = make_game(subject, **overrides)
     who = contender(names[0], made, limits)
     if who.solution is None:
-        return Question(made, None, who)
+        return Question(made, None, who, limits)
     if who.solution.profile is None:
         no_solution(who.solution.advice)
-    return Question(made, who.solution.profile, who)
+    anew = who.name == RECEDING  # its first plan is not what it plays
+    return Question(made, None if anew else who.solution.profile, who, limits)

@@ -155,6 +155,12 @@ def test_players_without_plans_are_counted_in_the_environment(ppg, learned_file)
     assert "has no plan" in ppg(*game, "--method", "exact", code=2).err
 
 
+def test_who_plans_anew_on_the_way_is_played_in_the_environment(ppg):
+    game = ["risk", "intersection", "--speed", "l1", "--player", "receding"]
+    assert ppg(*game, "--episodes", "20", "--json").json["details"]["arena"] == "env"
+    assert "receding, which has no plan" in ppg(*game, "--method", "bound", code=2).err
+
+
 def test_players_that_find_no_plan_are_exit_code_3(ppg):
     words = ["--horizon", "3", "--method", "exact", "--json"]
     assert ppg("risk", "head_on", *words, code=3).out == ""
