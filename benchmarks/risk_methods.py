@@ -227,12 +227,12 @@ def _details(game: Game, found: RiskBounds) -> dict[str, Any]:
         {
             "agents": encounter.agents,
             "obstacle": encounter.obstacle,
-            "instants": np.exp(logs),
-            "log10_instants": row,
+            "instants": instants,
+            "log10_instants": logs,
             "bounds": _report(one),
         }
-        for encounter, one, logs, row in zip(
-            game.encounters, found.encounters, found.log_instants, tens, strict=True
+        for encounter, one, instants, logs in zip(
+            game.encounters, found.encounters, found.instants, tens, strict=True
         )
     ]
     return {

@@ -63,6 +63,12 @@ class RiskBounds:
     encounters: tuple[Bounds, ...]
     any: Bounds
 
+    @property
+    def instants(self) -> np.ndarray:
+        """(E, H+1) each Pr(A_e(t)); those too small for a float are the smallest one."""
+        floor = np.where(np.isneginf(self.log_instants), 0.0, SMALLEST)
+        return np.maximum(np.exp(self.log_instants), floor)
+
 
 @dataclass(frozen=True)
 class _Events:

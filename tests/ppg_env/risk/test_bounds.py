@@ -148,6 +148,8 @@ def test_it_is_never_a_silent_zero() -> None:
     found = risk_bounds(game, straight(game))
     assert np.isfinite(found.log_instants[0, 1:9]).all()
     assert found.log_instants[0, 1:9].max() < -1e5
+    assert (found.instants[0, 1:9] > 0).all()
+    assert found.instants[0, 0] == 0
     assert found.any.tree > 0
     assert found.any.union > 0
 
