@@ -2,7 +2,8 @@ r"""The methods of ``ppg risk``: each answers in its own way, and says what it p
 
 bound   certified upper bounds; the paper's is the answer, tighter ones are beside it
 exact   exact for each instant; over time [likeliest instant, tightest certified bound]
-mc      Clopper-Pearson intervals of simulated episodes
+
+Those that simulate are in :mod:`benchmarks.risk_simulation`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ from ppg_env.game import Encounter, Game
 from ppg_env.plan import Profile
 
 if TYPE_CHECKING:
-    from ppg_env.montecarlo import Estimate
     from ppg_env.risk.bounds import Bounds, RiskBounds
 
 LADDER = ("union", "faces", "instants", "tree")
@@ -36,7 +36,10 @@ class Question:
     profile : the plans that are played on schedule; None for players without plans.
     contender : who plays in the environment; None for a plan file.
     limits : a solver for players that plan on the way, and the seed.
-    episodes : to simulate, for methods that do.
+    arena : ``schedule`` or ``env``, for methods that simulate.
+    against : another game and profile that the crashes are compared with.
+    swept : whether to look between the instants.
+    episodes : to simulate; None for as many as the method finds fit.
     progress : is told how many episodes are done since the last call.
     """
 
@@ -44,7 +47,10 @@ class Question:
     profile: Profile | None
     contender: Contender | None = None
     limits: Limits = field(default_factory=Limits)
-    episodes: int = 1_000_000
+    arena: str = "schedule"
+    against: tuple[Game, Profile] | None = None
+    swept: bool = False
+    episodes: int | None = None
     workers: int = 1
     progress: Callable[[int], None] = lambda _count: None
 
@@ -127,41 +133,6 @@ def exact(question: Question) -> Answer:
     )
 
 
-def mc(question: Question) -> Answer:
-    """Simulated episodes: plans on their schedule, other players in the environment."""
-    if question.profile is not None:
-        from ppg_env.montecarlo import crash_counts
-
-        counts = crash_counts(
-            question.game,
-            question.profile,
-            question.episodes,
-            question.limits.seed,
-            workers=question.workers,
-            progress=question.progress,
-        )
-        arena, where = "schedule", "on schedule"
-        each, anybody = counts.estimates()
-    else:
-        from baselines.evaluation import judge
-
-        assert question.contender is not None
-        runs = question.contender.policies(question.game, question.limits)
-        summary = judge(question.game, runs, question.episodes, question.limits.seed).summary
-        arena, where = "env", "in the environment"
-        each, anybody = list(summary.crash), summary.crash_any
-    return Answer(
-        f"{question.episodes:,} episodes {where}, 95 % intervals.",
-        tuple(map(_counted, each)),
-        _counted(anybody),
-        samples=question.episodes,
-        details={"arena": arena},
-    )
-
-
-METHODS: dict[str, Callable[[Question], Answer]] = {"bound": bound, "exact": exact, "mc": mc}
-
-
 def _bounds(question: Question) -> RiskBounds:
     from ppg_env.risk.bounds import risk_bounds
 
@@ -171,10 +142,6 @@ def _bounds(question: Question) -> RiskBounds:
             "--player", f"is {name}, which has no plan to compute with", "use --method mc"
         )
     return risk_bounds(question.game, question.profile)
-
-
-def _counted(estimate: Estimate) -> Chance:
-    return Chance(estimate.value, estimate.low, estimate.high)
 
 
 def at_most(bound: float) -> str:

@@ -18,9 +18,16 @@ from benchmarks.options import (
 from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
+    from benchmarks.players import Limits
     from benchmarks.risk_methods import Question
 
-METHODS = ("bound", "exact", "mc")
+METHODS = {
+    "bound": "benchmarks.risk_methods",
+    "exact": "benchmarks.risk_methods",
+    "mc": "benchmarks.risk_simulation",
+    "rare": "benchmarks.risk_simulation",
+}
+"""Where each method is at home, under its name."""
 
 
 @with_game_options
@@ -37,26 +44,52 @@ def risk(
         typer.Option(help="Who plays a game, by name: a planner, or learned players (nash)."),
     ] = None,
     method: Annotated[str, typer.Option(metavar="|".join(METHODS), help="How to find it.")] = "mc",
-    episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes, for mc.")] = 1_000_000,
+    arena: Annotated[
+        str | None,
+        typer.Option(
+            metavar="schedule|env",
+            help="For mc and rare: plans on schedule, or the environment (if a player needs it).",
+        ),
+    ] = None,
+    swept: Annotated[
+        bool, typer.Option("--swept", help="For mc and rare on schedule: between instants too.")
+    ] = False,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="PLAN", help="For mc: another plan, flown in the same noise."),
+    ] = None,
+    episodes: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="For mc, 10^6 unless given; for rare, 10^5, or 40,000 of each level in env.",
+        ),
+    ] = None,
     workers: WorkersOption = 1,
     solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Crash probability of a plan or of a game's players: bounded, exact at instants, counted."""
+    """Crash probability of a plan or of a game's players: bounded, exact at instants, simulated."""
     from dataclasses import replace
+    from importlib import import_module
 
-    from benchmarks import risk_methods
-    from benchmarks.players import Limits
+    from benchmarks.players import ARENAS, Limits
     from ppg_env.errors import require
     from ppg_env.evaluate import evaluate
+    from ppg_env.planfile import read_plan
     from solvers.minimise import check_solver
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
+    known = arena is None or arena in ARENAS
+    require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
+    simulated = method in ("mc", "rare")
+    for option, given in (("--arena", arena), ("--swept", swept), ("--against", against)):
+        require(simulated or not given, option, "is for simulation", "add --method mc")
     limits = Limits(check_solver(solver), time_limit, seed)
     with working(f"{method} of {subject}") as status:
-        asked = _question(subject, player, overrides, limits)
+        asked = _question(subject, player, overrides, arena, limits)
         complaints: tuple[str, ...] = ()
         if asked.profile is not None:
             complaints = evaluate(asked.game, asked.profile).complaints()
@@ -65,10 +98,17 @@ def risk(
         def tell(count: int) -> None:
             nonlocal done
             done += count
-            status.update(f"simulated {done:,} of {episodes:,} episodes")
+            status.update(f"simulated {done:,} episodes")
 
-        asked = replace(asked, episodes=episodes, workers=workers, progress=tell)
-        found = risk_methods.METHODS[method](asked)
+        asked = replace(
+            asked,
+            against=None if against is None else read_plan(against)[:2],
+            swept=swept,
+            episodes=episodes,
+            workers=workers,
+            progress=tell,
+        )
+        found = getattr(import_module(METHODS[method]), method)(asked)
         seconds = monotonic() - begun
     if complaints:
         typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(complaints)}.", err=True)
@@ -99,7 +139,9 @@ def risk(
     )
 
 
-def _question(subject: str, player: str | None, overrides: dict[str, Any], limits: Any) -> Question:
+def _question(
+    subject: str, player: str | None, overrides: dict[str, Any], arena: str | None, limits: Limits
+) -> Question:
     """A plan file has its game and its plans; in a game, planners plan first."""
     from benchmarks.players import RECEDING, chosen_players, contender
     from benchmarks.risk_methods import Question
@@ -112,14 +154,14 @@ def _question(subject: str, player: str | None, overrides: dict[str, Any], limit
         given += [f"--{name.replace('_', '-')}" for name in overrides]
         require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
         game, profile, _ = read_plan(subject)
-        return Question(game, profile, limits=limits)
-    names, _ = chosen_players("nash" if player is None else player)
+        return Question(game, profile, None, limits, arena or "schedule")
+    names, arena = chosen_players("nash" if player is None else player, arena)
     require(len(names) == 1, "--player", "has several names", "name one")
     made = make_game(subject, **overrides)
     who = contender(names[0], made, limits)
     if who.solution is None:
-        return Question(made, None, who, limits)
+        return Question(made, None, who, limits, arena)
     if who.solution.profile is None:
         no_solution(who.solution.advice)
     anew = who.name == RECEDING  # its first plan is not what it plays
-    return Question(made, None if anew else who.solution.profile, who, limits)
+    return Question(made, None if anew else who.solution.profile, who, limits, arena)

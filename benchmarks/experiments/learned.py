@@ -23,10 +23,10 @@ import numpy as np
 from baselines.evaluation import Judged, judge, over_runs
 from baselines.pretrained import find_pretrained
 from benchmarks.experiments.results import Row, Table, probability
-from ppg_env.arena import Interval
 from ppg_env.game import Game
 from ppg_env.make import make_game
 from ppg_env.players import Player, track
+from ppg_env.risk.estimates import Interval
 
 SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 SPEEDS = ("l1", "disc", "box")

@@ -84,8 +84,9 @@ def cells(
 def run_cell(cell: Cell, episodes: int, seed: int) -> Row:
     """Plan, bound and count; a row without ``bounds`` has the ``reason`` why there is no plan."""
     from benchmarks.players import PLANNERS, Limits
-    from ppg_env.montecarlo import crash_counts, proportion
     from ppg_env.risk.bounds import risk_bounds
+    from ppg_env.risk.estimates import proportion
+    from ppg_env.risk.montecarlo import crash_counts
 
     game = cell.game()
     row: Row = vars(cell) | {"episodes": episodes, "seed": seed}
@@ -173,7 +174,7 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
 
 def _lowest(row: Row, plans: int) -> float:
     """Lower limit of a count; those of so many ``plans`` hold together."""
-    from ppg_env.montecarlo import proportion
+    from ppg_env.risk.estimates import proportion
 
     return proportion(row["hits"], row["episodes"], 1 - (1 - CONFIDENCE) / plans).low
 

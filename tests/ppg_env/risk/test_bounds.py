@@ -13,11 +13,11 @@ from scipy.stats import multivariate_normal
 
 from ppg_env import Agent, Game, Polytope, evaluate, make_game, make_profile
 from ppg_env.game import override
-from ppg_env.montecarlo import crash_counts
 from ppg_env.plan import Profile
 from ppg_env.risk.bounds import Bounds, risk_bounds
+from ppg_env.risk.montecarlo import crash_counts
+from tests.ppg_env.risk.test_montecarlo import DELAYS, close_pair, straight
 from tests.ppg_env.strategies import Play, double_integrator, plays
-from tests.ppg_env.test_montecarlo import DELAYS, close_pair, straight
 
 ORDER = ("union", "faces", "instants", "tree", "least")
 

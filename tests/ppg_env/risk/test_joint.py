@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from ppg_env import Polytope
-from ppg_env.montecarlo import proportion
+from ppg_env.risk.estimates import proportion
 from ppg_env.risk.joint import log_joint_bound
 from ppg_env.risk.overlap import log_overlap
 from tests.ppg_env.strategies import bodies, covariances
