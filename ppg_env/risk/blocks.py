@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from threading import local
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -24,6 +25,23 @@ AHEAD = 4
 """Blocks that are under way per worker; bounds the memory, whatever the number of episodes."""
 
 Result = TypeVar("Result")
+
+
+class Scratch:
+    """An array of one shape for each thread, used again by its next block.
+
+    Asking the system for fresh memory costs more than the normals that are drawn into it.
+    """
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._shape, self._local = shape, local()
+
+    def __call__(self) -> np.ndarray:
+        """The array of the thread that asks, with whatever is in it."""
+        if not hasattr(self._local, "array"):
+            self._local.array = np.empty(self._shape)
+        array: np.ndarray = self._local.array
+        return array
 
 
 def check_request(samples: int, seed: int) -> None:

@@ -88,10 +88,12 @@ def rare_risk(
     unit = float(ceilings.max(initial=0.0))  # Y is summed in units of this: squares underflow
     sums = _Sums(*(np.zeros(len(ceilings)) for _ in range(3)))
     if unit:
-        rates = unit * weights / halves.tails
+        rates, scratch = unit * weights / halves.tails, flight.streams.scratch(flight.steps)
 
         def block(number: int, episodes: int) -> _Sums:
-            return _block(flight, halves, weights, rates, generator(seed, number, KEY), episodes)
+            random, starts = generator(seed, number, KEY), bool(flight.streams.sigma0.any())
+            errors = flight.streams.draw(random, scratch(), starts)
+            return _block(flight, halves, weights, rates, errors, random, episodes)
 
         for episodes, part in over_blocks(block, samples, workers):
             sums = sums + part
@@ -132,12 +134,13 @@ def _block(
     halves: HalfSpaces,
     weights: np.ndarray,
     rates: np.ndarray,
+    errors: np.ndarray,
     random: np.random.Generator,
     episodes: int,
 ) -> _Sums:
+    """Weighted crashes of a block of plain deviations, once conditioned."""
     from scipy.special import ndtri
 
-    errors = flight.streams.draw(random, flight.steps, bool(flight.streams.sigma0.any()))
     edges = np.cumsum(weights)
     which = np.searchsorted(edges, random.random(BLOCK) * edges[-1], side="right")
     wanted = ndtri(halves.tails[which] * (1.0 - random.random(BLOCK)))

@@ -130,10 +130,10 @@ def crash_counts(
         If there is no episode to simulate, or the seed is negative.
     """
     flight = make_flight(game, profile, streams(game), swept=swept)
-    starts = bool(flight.streams.sigma0.any())
+    starts, scratch = bool(flight.streams.sigma0.any()), flight.streams.scratch(flight.steps)
 
     def block(number: int, episodes: int) -> CrashCounts:
-        errors = flight.streams.draw(generator(seed, number), flight.steps, starts)
+        errors = flight.streams.draw(generator(seed, number), scratch(), starts)
         return _counts(flight.watch(errors, episodes), episodes)
 
     return _total(block, samples, seed, workers, progress)
@@ -175,12 +175,13 @@ def paired_counts(
     ]
     starts = any(flight.streams.sigma0.any() for flight in flights)
     steps, shared = max(flight.steps for flight in flights), games[0] is games[1]
+    rooms = [flight.streams.scratch(steps) for flight in flights]
 
     def block(number: int, episodes: int) -> PairedCounts:
-        one = flights[0].streams.draw(generator(seed, number), steps, starts)
+        one = flights[0].streams.draw(generator(seed, number), rooms[0](), starts)
         two = one
         if not shared:  # the same normals in other error dynamics
-            two = flights[1].streams.draw(generator(seed, number), steps, starts)
+            two = flights[1].streams.draw(generator(seed, number), rooms[1](), starts)
         seen = [f.watch(e, episodes) for f, e in zip(flights, (one, two), strict=True)]
         a, b = (np.vstack([s.crashed, s.met.any(axis=0)]) for s in seen)
         counts = [_counts(s, episodes) for s in seen]

@@ -11,13 +11,14 @@ the normals.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ppg_env.dynamics import square_root
 from ppg_env.game import Game
 from ppg_env.risk import kernel
-from ppg_env.risk.blocks import BLOCK
+from ppg_env.risk.blocks import BLOCK, Scratch
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +40,23 @@ class Streams:
     parties: np.ndarray
     dim: int
 
-    def draw(self, random: np.random.Generator, steps: int, random_start: bool) -> np.ndarray:
-        """A block of deviations at times 0..``steps``, (steps + 1, S, n, BLOCK).
+    def draw(self, random: np.random.Generator, out: np.ndarray, random_start: bool) -> np.ndarray:
+        """Fill ``out`` (T+1, S, n, BLOCK) with a block of deviations at times 0..T, and return it.
 
         Episodes come last, so that the compiled loops over them use vector instructions.  The
-        noise of a step does not depend on ``steps``: a longer run continues a shorter one.
+        noise of a step does not depend on T: a longer run continues a shorter one.
         """
-        out = np.zeros((steps + 1, *self.loops.shape[:2], BLOCK))
-        roots, starts = (np.stack([square_root(m) for m in c]) for c in (self.noise, self.sigma0))
+        roots, starts = self._roots
         kernel.draw(random, self.loops, roots, starts, random_start, out)
         return out
+
+    def scratch(self, steps: int) -> Scratch:
+        """Room for a block of deviations at times 0..``steps``."""
+        return Scratch((steps + 1, *self.loops.shape[:2], BLOCK))
+
+    @cached_property
+    def _roots(self) -> list[np.ndarray]:
+        return [np.stack([square_root(m) for m in c]) for c in (self.noise, self.sigma0)]
 
     def covariances(self, steps: int) -> np.ndarray:
         """(steps + 1, S, n, n) covariances of each process at times 0..``steps``."""

@@ -117,7 +117,7 @@ def test_an_agent_before_a_long_wall_has_the_probability_of_a_half_plane() -> No
 def deviations(game: Game, episodes: int, steps: int) -> np.ndarray:
     """(steps + 1, episodes, N, d) simulated deviations of positions."""
     process, blocks = streams(game, merge=False), -(-episodes // BLOCK)
-    parts = [process.draw(generator(4, b), steps, True) for b in range(blocks)]
+    parts = [process.draw(generator(4, b), process.scratch(steps)(), True) for b in range(blocks)]
     joined = np.concatenate(parts, axis=-1)[:, :, : game.dim, :episodes]
     return joined.transpose(0, 3, 1, 2)
 

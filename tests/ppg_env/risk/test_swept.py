@@ -65,7 +65,7 @@ def test_watching_steps_sees_what_many_points_between_the_instants_see(
 ) -> None:
     game, profile = play.game, play.profile
     flight = make_flight(game, profile, streams(game), swept=True)
-    errors = flight.streams.draw(generator(seed), flight.steps, True)
+    errors = flight.streams.draw(generator(seed), flight.streams.scratch(flight.steps)(), True)
     met = flight.watch(errors, BLOCK).met
     share = np.linspace(0, 1, 41)[:-1, None, None]  # the end of the last step is not in traffic
     for e, (first, second) in enumerate(flight.streams.parties):
