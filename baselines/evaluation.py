@@ -7,18 +7,23 @@ have the same noise for all players, so that players can be compared pair by pai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ppg_env import arena
-from ppg_env.arena import Episodes, Interval, Summary
+from ppg_env.arena import Episodes, Summary
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.players import Player
+from ppg_env.risk.estimates import Interval, RareEstimate, RareRisk, averaged
+from ppg_env.risk.splitting import split_risk
 
 CONFIDENCE = 0.95
+
+OF_A_LEVEL = 40_000
+"""Episodes of each level when splitting: 2,000 in each of 20 repetitions."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,36 @@ def judge(
             arena.evaluate(game, runs[r % len(runs)], each, seed, group=r, progress=progress)
             for r in range(count)
         )
+    )
+
+
+def judge_rare(
+    game: Game,
+    runs: Sequence[Sequence[Player]],
+    episodes: int = OF_A_LEVEL,
+    seed: int = 0,
+    *,
+    repetitions: int = 20,
+    progress: Callable[[int], None] | None = None,
+) -> RareRisk:
+    """Crash probabilities of the runs, averaged, by splitting.
+
+    ``episodes`` are those of each level, shared out among the runs and their ``repetitions``.
+    """
+    states = max(episodes // (len(runs) * repetitions), 1)
+    found = [
+        split_risk(game, players, states, seed + r, repetitions=repetitions, progress=progress)
+        for r, players in enumerate(runs)
+    ]
+
+    def mean(parts: Iterable[tuple[RareEstimate, ...]]) -> list[RareEstimate]:
+        return [averaged(part, CONFIDENCE) for part in parts]
+
+    return RareRisk(
+        mean(zip(*(one.agents for one in found), strict=True)),
+        mean(zip(*(one.encounters for one in found), strict=True)),
+        averaged([one.any for one in found], CONFIDENCE),
+        sum(one.samples for one in found),
     )
 
 

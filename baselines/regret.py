@@ -21,13 +21,14 @@ import numpy as np
 
 from baselines.policy import LearnedPlayer
 from ppg_env import arena
-from ppg_env.arena import Interval, mean_interval, trajectories
+from ppg_env.arena import mean_interval, trajectories
 from ppg_env.errors import require
 from ppg_env.game import Game
 from ppg_env.make import override_game
 from ppg_env.plan import Plan
 from ppg_env.players import Player, Tracker
 from ppg_env.records import frozen_array
+from ppg_env.risk.estimates import Interval
 from ppg_env.rules import Rules
 from solvers.clock import Clock
 from solvers.response import respond

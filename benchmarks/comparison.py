@@ -14,23 +14,27 @@ the environment's reward, lam per step and (1 - lam) kappa for a crash, averaged
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from baselines.evaluation import Judged, judge, over_runs
-from benchmarks.players import Contender, Limits, contender
+from baselines.evaluation import OF_A_LEVEL, Judged, judge, judge_rare, over_runs
+from benchmarks.players import RECEDING, Contender, Limits, contender
 from benchmarks.report import evaluation_report, game_name
-from ppg_env.arena import Interval, trajectories
+from ppg_env.arena import trajectories
 from ppg_env.game import Game
-from ppg_env.montecarlo import CrashCounts, Estimate, crash_counts, proportion
 from ppg_env.plan import Profile
 from ppg_env.players import information, track
+from ppg_env.risk.estimates import Estimate, Interval, RareEstimate
+from ppg_env.risk.importance import IN_SIGHT, rare_risk
+from ppg_env.risk.montecarlo import crash_counts
 from solvers.solution import Solution
 
-ARENAS = ("schedule", "env")
 CONFIDENCE = 0.95
+
+FEW = 10
+"""Crashes below which counting says little, and rare ones are sampled (``ppg risk``'s rare)."""
 
 PATHS = 40
 """Episodes that are drawn."""
@@ -46,6 +50,7 @@ class Played:
     arrival : per agent its arrival time, or in ``env`` the mean over episodes that arrive.
     success : per agent the share of episodes that arrive; None on schedule.
     crash, crash_any : crash probability per agent and of anybody.
+    method : how it was found, ``mc`` or, where that saw fewer than ``FEW``, ``rare``.
     expected_cost : mean over agents.
     runs : independent trainings behind it; 1 for planners.
     over_runs : cost, crash probability and success with their intervals over trainings, None for a
@@ -56,9 +61,10 @@ class Played:
     information: str
     arrival: tuple[float, ...]
     success: tuple[Estimate, ...] | None
-    crash: tuple[Estimate, ...]
-    crash_any: Estimate
+    crash: tuple[Estimate | RareEstimate, ...]
+    crash_any: Estimate | RareEstimate
     expected_cost: Interval
+    method: str = "mc"
     runs: int = 1
     over_runs: dict[str, Interval] | None = None
     paths: np.ndarray | None = None
@@ -115,13 +121,18 @@ def compare(
         if arena == "schedule":
             profile = None if one.solution is None else one.solution.profile
             if profile is not None:
-                counts = crash_counts(game, profile, episodes, limits.seed, workers=workers)
-                played = _on_schedule(game, profile, counts)
+                played = _on_schedule(game, profile, episodes, limits.seed, workers)
         elif runs := one.policies(game, limits):
             count = groups if one.runs == 1 else one.runs
             judged = judge(game, runs, episodes, limits.seed, groups=count)
             paths = trajectories(game, runs[0], min(PATHS, episodes), limits.seed)
             played = _in_environment(judged, one.runs, information(runs[0]), paths)
+            if judged.summary.crash_any.hits < FEW and one.name != RECEDING:
+                amount = min(episodes, OF_A_LEVEL)
+                found = judge_rare(game, runs, amount, limits.seed)
+                played = replace(
+                    played, crash=tuple(found.agents), crash_any=found.any, method="rare"
+                )
         rows.append(Row(one, played))
     return rows
 
@@ -148,27 +159,44 @@ def _in_environment(judged: Judged, runs: int, seen: str, paths: np.ndarray) -> 
     )
 
 
-def _on_schedule(game: Game, profile: Profile, counts: CrashCounts) -> Played:
-    each, anybody = counts.estimates(CONFIDENCE)
+def _on_schedule(game: Game, profile: Profile, episodes: int, seed: int, workers: int) -> Played:
     times = tuple(float("inf") if plan.arrival is None else plan.arrival for plan in profile)
-    return Played(
+    level = 1 - (1 - CONFIDENCE) / len(game.agents)
+    counts = crash_counts(game, profile, episodes, seed, workers=workers)
+    each, anybody = counts.estimates(CONFIDENCE)
+    played = Played(
         information=information(track(game, profile)),
         arrival=times,
         success=None,
         crash=tuple(each),
         crash_any=anybody,
-        expected_cost=expected_cost(game, times, counts),
+        expected_cost=expected_cost(game, times, counts.each(counts.agents, level)),
+    )
+    if counts.any >= FEW:
+        return played
+    usual, surer = (
+        rare_risk(
+            game, profile, min(episodes, IN_SIGHT), seed, confidence=confidence, workers=workers
+        )
+        for confidence in (CONFIDENCE, level)
+    )
+    return replace(
+        played,
+        crash=tuple(usual.agents),
+        crash_any=usual.any,
+        method="rare",
+        expected_cost=expected_cost(game, times, surer.agents),
     )
 
 
-def expected_cost(game: Game, arrival: Sequence[float], counts: CrashCounts) -> Interval:
+def expected_cost(
+    game: Game, arrival: Sequence[float], crash: Sequence[Estimate | RareEstimate]
+) -> Interval:
     """Mean over agents of lam T + (1 - lam) kappa Pr(crash).
 
-    The limits combine one Clopper-Pearson interval per agent at confidence 1 - 0.05/N, so that
-    together they hold with 95 % (Bonferroni).
+    Each agent's ``crash`` is an interval at confidence 1 - 0.05/N, so that together they hold with
+    95 % (Bonferroni).
     """
-    level = 1 - (1 - CONFIDENCE) / len(game.agents)
-    each = [proportion(int(hits), counts.samples, level) for hits in counts.agents]
     time = sum(agent.lam * t for agent, t in zip(game.agents, arrival, strict=True))
     fines = [(1 - agent.lam) * game.crash_cost for agent in game.agents]
 
@@ -176,7 +204,7 @@ def expected_cost(game: Game, arrival: Sequence[float], counts: CrashCounts) -> 
         return float(time + np.dot(fines, shares)) / len(game.agents)
 
     return Interval(
-        mean([e.value for e in each]), mean([e.low for e in each]), mean([e.high for e in each])
+        mean([e.value for e in crash]), mean([e.low for e in crash]), mean([e.high for e in crash])
     )
 
 
@@ -222,11 +250,13 @@ def row_report(row: Row) -> dict[str, Any]:
         "success": played.success and [estimate_report(share) for share in played.success],
         "crash_probability": estimate_report(played.crash_any),
         "crash_probability_agents": [estimate_report(estimate) for estimate in played.crash],
+        "crash_method": played.method,
+        "crash_trusted": played.crash_any.trusted,
         "expected_cost": vars(played.expected_cost),
         "over_runs": {name: vars(interval) for name, interval in spread.items()} or None,
     }
 
 
-def estimate_report(estimate: Estimate) -> dict[str, float]:
+def estimate_report(estimate: Estimate | RareEstimate) -> dict[str, float]:
     """A probability as ``value``, ``low`` and ``high``."""
     return {"value": estimate.value, "low": estimate.low, "high": estimate.high}

@@ -35,6 +35,9 @@ PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
 PANELS = 4
 """Most panels in a line."""
 
+LEAST = 1e-30
+"""Smallest crash probability that is drawn: below it the axis would show nothing else."""
+
 
 def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
     """Write a PNG of a profile, or of the game alone."""
@@ -110,8 +113,9 @@ def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
     played = [row.played for row in rows if row.played is not None]
     estimates = [one.crash_any for one in played]
     for k, (one, estimate) in enumerate(zip(played, estimates, strict=True)):
-        if estimate.hits:
-            limits = one.over_runs["crash_probability"] if one.over_runs else estimate
+        if estimate.value:
+            runs = one.over_runs if one.method == "mc" else None
+            limits = runs["crash_probability"] if runs else estimate
             low = max(limits.low, estimate.value / 100)  # zero is nowhere on a log scale
             error = np.array([[estimate.value - low], [limits.high - estimate.value]])
             axes.errorbar(k, estimate.value, yerr=error, fmt="o", color="black", capsize=5)
@@ -123,7 +127,7 @@ def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
         axes.annotate(label, (k, height), xytext=(8, -3), textcoords="offset points", fontsize=8)
     axes.set_yscale("log")
     lowest = min(estimate.low or 0.3 * estimate.high for estimate in estimates)
-    axes.set_ylim(lowest / 3, 2.0)
+    axes.set_ylim(max(lowest / 3, LEAST), 2.0)
     axes.set_xlim(-0.5, len(rows) - 0.3)
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("Pr(anybody crashes)")

@@ -100,6 +100,9 @@ PLANNERS: dict[str, Callable[[Game, Limits], Solution]] = {
 }
 
 
+ARENAS = ("schedule", "env")
+"""Where players meet: plans on their schedule, or the environment."""
+
 RECEDING = "receding"
 """Starts with the plans of ``nash`` and makes them anew every few steps; for the environment."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import typer
 
 if TYPE_CHECKING:
-    from ppg_env.montecarlo import Estimate
+    from ppg_env.risk.estimates import Estimate, Interval, RareEstimate
 
 NO_SOLUTION = 3
 PIPE_WIDTH = 124
@@ -107,9 +107,9 @@ def no_solution(advice: str) -> NoReturn:
     raise typer.Exit(NO_SOLUTION)
 
 
-def probability(estimate: Estimate) -> str:
+def probability(estimate: Estimate | RareEstimate | Interval) -> str:
     """An estimate with its interval; no crash seen shows the upper limit, never zero."""
-    if estimate.hits == 0:
+    if estimate.value == 0:
         return f"< {estimate.high:.1e}"
     return f"{estimate.value:.2e} [{estimate.low:.1e}, {estimate.high:.1e}]"
 

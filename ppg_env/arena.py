@@ -8,15 +8,15 @@ traffic and (1 - lam) kappa at a crash, whatever reward the game is played for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ppg_env.errors import require
 from ppg_env.game import Game
-from ppg_env.montecarlo import Estimate, proportion
 from ppg_env.players import Player
+from ppg_env.risk.estimates import Estimate, Interval, proportion
 from ppg_env.rules import Rules
 from ppg_env.simulator import Simulator, Step
 
@@ -25,15 +25,6 @@ COPIES = 4096
 
 ARRIVED, OUT = 1, 2
 """Status of agents that have arrived, or are out of the game; see :mod:`ppg_env.kernel`."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A value with the limits of its confidence interval; nan where nothing was seen."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -107,12 +98,7 @@ def evaluate(
     InputError
         If there is not one player per agent, or no episode to play.
     """
-    require(
-        len(players) == len(game.agents),
-        "players",
-        f"are {len(players)} for {len(game.agents)} agents",
-        "give one per agent",
-    )
+    check_players(game, players)
     require(episodes >= 1, "episodes", f"is {episodes}", "ask for at least one")
     parts = []
     for block in range(-(-episodes // COPIES)):
@@ -122,6 +108,16 @@ def evaluate(
         if progress is not None:
             progress(wanted)
     return Episodes(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def check_players(game: Game, players: Sequence[Player]) -> None:
+    """Refuse players that are not one per agent."""
+    require(
+        len(players) == len(game.agents),
+        "players",
+        f"are {len(players)} for {len(game.agents)} agents",
+        "give one per agent",
+    )
 
 
 def trajectories(
@@ -140,7 +136,7 @@ def trajectories(
     require(1 <= episodes <= COPIES, "episodes", f"is {episodes}", f"ask for 1 to {COPIES}")
     simulator, random = _block(game, rules, episodes, seed, group, 0)
     states = [simulator.state.copy()]
-    for before, _step in _steps(simulator, players, random):
+    for before, _step in play(simulator, players, _noises(simulator, random)):
         states.append(np.where(before[:, :, None], simulator.state, np.nan))
     return np.stack(states, axis=1)
 
@@ -155,23 +151,33 @@ def _block(
     return simulator, np.random.Generator(np.random.SFC64(noise))
 
 
-def _steps(
-    simulator: Simulator, players: Sequence[Player], random: np.random.Generator
+def play(
+    simulator: Simulator, players: Sequence[Player], noises: Iterable[np.ndarray]
 ) -> Iterator[tuple[np.ndarray, Step]]:
-    """Play one block to its end; who was in traffic before each step (C, N), and the step."""
-    C, N, n = simulator.state.shape
-    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
+    """Play all copies to their ends; who was in traffic before each step (C, N), and the step.
+
+    ``noises`` are the standard normals (C, N, n) of one step after the other.
+    """
+    C, N, _ = simulator.state.shape
     sizes = [agent.control_dim for agent in simulator.game.agents]
     action = np.zeros((C, N, simulator.action_size))
-    while simulator.alive.any():
+    for noise in noises:
         traffic = simulator.status == 0
         for i, player in enumerate(players):
             if traffic[:, i].any():
                 action[:, i, : sizes[i]] = player.act(simulator.view(i))
-        random.standard_normal(out=noise)
-        yield traffic, simulator.step(action, noise[:C], restart=False)
+        yield traffic, simulator.step(action, noise, restart=False)
         # Without restart the kernel would let agents that the time limit cut off drive on.
         simulator.status[~simulator.alive.any(axis=1)] = OUT
+        if not simulator.alive.any():
+            return
+
+
+def _noises(simulator: Simulator, random: np.random.Generator) -> Iterator[np.ndarray]:
+    C, N, n = simulator.state.shape
+    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
+    while simulator.alive.any():
+        yield random.standard_normal(out=noise)[:C]
 
 
 def _play(
@@ -183,7 +189,7 @@ def _play(
     arrived = simulator.status == ARRIVED  # at time 0: they started at their goals
     crashed = np.zeros(shape, dtype=bool)
     crash_price = (1 - simulator.lam) * simulator.game.crash_cost
-    for traffic, step in _steps(simulator, players, random):
+    for traffic, step in play(simulator, players, _noises(simulator, random)):
         live = np.any(step.acting, axis=1, keepdims=True)
         cost += traffic * simulator.lam + (step.crashed & live) * crash_price
         fresh = step.arrived & live

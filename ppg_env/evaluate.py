@@ -110,6 +110,9 @@ class Evaluation:
     def risk_bound(self) -> np.ndarray:
         """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
 
+        Margins are capped, so an instant counts g(M') at least: that keeps the bound valid, and
+        makes it loose where margins are wide (:mod:`ppg_env.risk.bounds` has tighter ones).
+
         Raises
         ------
         InputError
@@ -192,13 +195,18 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
     )
 
 
+def encounter_covariances(game: Game, encounter: Encounter) -> np.ndarray:
+    """(H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j."""
+    positions = np.s_[:, : game.dim, : game.dim]
+    total = np.zeros((game.horizon + 1, game.dim, game.dim))
+    for i in encounter.agents:
+        total += covariances(game.agents[i], game.horizon)[positions]
+    return total
+
+
 def encounter_deviations(game: Game, encounter: Encounter) -> np.ndarray:
     """(H+1, F) sigma_p(t), the deviation of the displacement along each face of K."""
-    normals = encounter.collision.normals
-    total = sum(
-        covariances(game.agents[i], game.horizon)[:, : game.dim, : game.dim]
-        for i in encounter.agents
-    )
+    normals, total = encounter.collision.normals, encounter_covariances(game, encounter)
     return np.sqrt(np.maximum(np.einsum("fi,tij,fj->tf", normals, total, normals), 0.0))
 
 

@@ -115,11 +115,19 @@ class Simulator:
             np.random.SFC64(seed if known else np.random.SeedSequence(seed))
         )
 
-    def reset(self, chosen: np.ndarray | None = None) -> np.ndarray:
-        """Begin every copy anew, or the ``chosen`` (C,) ones; all observations (C, N, W)."""
+    def reset(
+        self, chosen: np.ndarray | None = None, noise: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Begin every copy anew, or the ``chosen`` (C,) ones; all observations (C, N, W).
+
+        ``noise`` (C, N, n) of standard normals replaces the simulator's own, as in :meth:`step`.
+        """
         from ppg_env import kernel
 
-        self._draw_starts()
+        if noise is None:
+            self._draw_starts()
+        else:
+            self._start_noise[:] = noise
         chosen = self._all if chosen is None else chosen
         kernel.begin(
             self.tables, chosen, self.state, self.status, self.alive, self.clock,

@@ -20,6 +20,7 @@ TITLES = {
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
     "sweep": "Sweeps",
+    "risk": "Crash probabilities, on one core",
 }
 SUITES = {
     "planning": "benchmarks.timing",
@@ -28,6 +29,7 @@ SUITES = {
     "environment": "benchmarks.rates",
     "learning": "benchmarks.training_rate",
     "sweep": "benchmarks.sweep_rate",
+    "risk": "benchmarks.risk_rate",
 }
 
 
@@ -39,7 +41,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning, many agents, the environment beside its rivals, PPO, or sweeps."""
+    """Measure planning, many agents, the environment, PPO, sweeps, or crash probabilities."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))

@@ -27,8 +27,8 @@ from benchmarks.terminal import (
 
 if TYPE_CHECKING:
     from benchmarks.comparison import Played, Row
-    from ppg_env.arena import Interval
     from ppg_env.game import Game
+    from ppg_env.risk.estimates import Interval
 
 SCHEDULE_COLUMNS = (
     "player",
@@ -49,6 +49,12 @@ ENV_COLUMNS = (
     "crash probability",
     "expected cost",
 )
+STARS = {
+    "": "",
+    "*": "* Fewer than ten crashes were counted, so the method is rare (ppg risk): weighted "
+    "episodes with a crash in sight, or splitting; for learners the trainings as given.",
+    "**": "** Rare, and not to be trusted: ask for more episodes.",
+}
 NOTES = {
     "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
     "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
@@ -85,9 +91,9 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare players in one game: arrival, cost, safety, and crashes from simulation."""
-    from benchmarks.comparison import ARENAS, comparison_report
     from benchmarks.comparison import compare as run
-    from benchmarks.players import Limits, chosen_players
+    from benchmarks.comparison import comparison_report
+    from benchmarks.players import ARENAS, Limits, chosen_players
     from benchmarks.report import game_name
     from benchmarks.targets import own_folder, target
     from ppg_env.errors import require
@@ -138,12 +144,13 @@ def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
         for row in rows
     ]
     failures = [f"{row.player}: {_why(row)}." for row in rows if not row.played]
+    rare = [STARS[star] for star in sorted({_star(row.played) for row in rows if row.played})]
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
         f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
         heads,
         lines,
-        " ".join([*failures, NOTES[arena].format(episodes=episodes, kappa=game.crash_cost)]),
+        " ".join([*failures, NOTES[arena].format(episodes=episodes, kappa=game.crash_cost), *rare]),
         texts=2,
     )
 
@@ -168,7 +175,7 @@ def _schedule_cells(row: Row) -> tuple[str, ...]:
         times(judged.arrival),
         overlap or f"{judged.social_cost:.4f}",
         "" if regret is None else f"{regret.max():.0e}",
-        probability(played.crash_any),
+        _crash(played),
         overlap or f"{judged.risk_sum_any:.1e}",
         _interval(played.expected_cost),
     )
@@ -191,11 +198,18 @@ def _env_cells(row: Row) -> tuple[str, ...]:
 
 
 def _crash(played: Played) -> str:
-    """With the interval over runs where there are several and any crash was seen."""
-    if played.over_runs is None or played.crash_any.hits == 0:
-        return probability(played.crash_any)
+    """With the interval over runs, where there are several and crashes were counted."""
+    if played.method == "rare" or played.over_runs is None or not played.crash_any.value:
+        return probability(played.crash_any) + _star(played)
     found = played.over_runs["crash_probability"]
     return f"{found.value:.2e} [{found.low:.1e}, {found.high:.1e}]"
+
+
+def _star(played: Played) -> str:
+    """What marks a probability that was not counted, see ``STARS``."""
+    if played.method == "mc":
+        return ""
+    return "*" if played.crash_any.trusted else "**"
 
 
 def _interval(interval: Interval) -> str:

@@ -1,82 +1,167 @@
-"""``ppg risk``: the crash probability of a plan."""
+"""``ppg risk``: how likely do the agents crash?"""
 
 from __future__ import annotations
 
 from time import monotonic
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import JsonOption, PlanArgument, SeedOption, WorkersOption
-from benchmarks.terminal import print_json, print_table, probability, working
+from benchmarks.options import (
+    JsonOption,
+    SeedOption,
+    SolverOption,
+    TimeLimitOption,
+    WorkersOption,
+    with_game_options,
+)
+from benchmarks.terminal import no_solution, print_json, print_table, working
 
-METHODS = ("bound", "mc")
+if TYPE_CHECKING:
+    from benchmarks.players import Limits
+    from benchmarks.risk_methods import Question
+
+METHODS = {
+    "bound": "benchmarks.risk_methods",
+    "exact": "benchmarks.risk_methods",
+    "mc": "benchmarks.risk_simulation",
+    "rare": "benchmarks.risk_simulation",
+}
+"""Where each method is at home, under its name."""
 
 
+@with_game_options
 def risk(
-    plan: PlanArgument,
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="PLAN|GAME", help="A .json plan that ppg solve --out wrote, or a game."
+        ),
+    ],
+    overrides: dict[str, Any],
+    player: Annotated[
+        str | None,
+        typer.Option(help="Who plays a game, by name: a planner, or learned players (nash)."),
+    ] = None,
     method: Annotated[str, typer.Option(metavar="|".join(METHODS), help="How to find it.")] = "mc",
-    episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes, for mc.")] = 1_000_000,
+    arena: Annotated[
+        str | None,
+        typer.Option(
+            metavar="schedule|env",
+            help="For mc and rare: plans on schedule, or the environment (if a player needs it).",
+        ),
+    ] = None,
+    swept: Annotated[
+        bool, typer.Option("--swept", help="For mc and rare on schedule: between instants too.")
+    ] = False,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="PLAN", help="For mc: another plan, flown in the same noise."),
+    ] = None,
+    episodes: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="For mc, 10^6 unless given; for rare, 10^5, or 40,000 of each level in env.",
+        ),
+    ] = None,
     workers: WorkersOption = 1,
+    solver: SolverOption = "ENGINE",
+    time_limit: TimeLimitOption = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Crash probability of a plan: the union bound, or Monte Carlo with exact intervals."""
+    """Crash probability of a plan or of a game's players: bounded, exact at instants, simulated."""
+    from dataclasses import replace
+    from importlib import import_module
+
+    from benchmarks.players import ARENAS, Limits
     from ppg_env.errors import require
     from ppg_env.evaluate import evaluate
     from ppg_env.planfile import read_plan
+    from solvers.minimise import check_solver
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
-    game, profile, _ = read_plan(plan)
-    complaints = evaluate(game, profile).complaints()
+    known = arena is None or arena in ARENAS
+    require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
+    simulated = method in ("mc", "rare")
+    for option, given in (("--arena", arena), ("--swept", swept), ("--against", against)):
+        require(simulated or not given, option, "is for simulation", "add --method mc")
+    limits = Limits(check_solver(solver), time_limit, seed)
+    with working(f"{method} of {subject}") as status:
+        asked = _question(subject, player, overrides, arena, limits)
+        complaints: tuple[str, ...] = ()
+        if asked.profile is not None:
+            complaints = evaluate(asked.game, asked.profile).complaints()
+        done, begun = 0, monotonic()
+
+        def tell(count: int) -> None:
+            nonlocal done
+            done += count
+            status.update(f"simulated {done:,} episodes")
+
+        asked = replace(
+            asked,
+            against=None if against is None else read_plan(against)[:2],
+            swept=swept,
+            episodes=episodes,
+            workers=workers,
+            progress=tell,
+        )
+        found = getattr(import_module(METHODS[method]), method)(asked)
+        seconds = monotonic() - begun
     if complaints:
-        typer.echo(f"ppg: {plan} is no valid plan: {'; '.join(complaints)}.", err=True)
-    begun = monotonic()
-    if method == "bound":
-        judged = evaluate(game, profile)
-        each = [_at_most(float(value)) for value in judged.risk_bound]
-        anybody, samples = _at_most(judged.risk_bound_any), 0
-        shown = [f"<= {entry['high']:.2e}" for entry in (*each, anybody)]
-    else:
-        from ppg_env.montecarlo import crash_counts
-
-        done = 0
-        with working("simulating") as status:
-
-            def tell(count: int) -> None:
-                nonlocal done
-                done += count
-                status.update(f"simulated {done:,} of {episodes:,} episodes")
-
-            counts = crash_counts(game, profile, episodes, seed, workers=workers, progress=tell)
-        found, any_found = counts.estimates()
-        each = [_estimate(e) for e in found]
-        anybody, samples = _estimate(any_found), episodes
-        shown = [probability(e) for e in (*found, any_found)]
+        typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(complaints)}.", err=True)
     if as_json:
         print_json(
             {
-                "agents": each,
-                "any": anybody,
+                "agents": [vars(chance) for chance in found.agents],
+                "any": vars(found.any),
                 "method": method,
-                "samples": samples,
-                "seconds": monotonic() - begun,
-                "complaints": list(complaints),
+                "player": None if asked.contender is None else asked.contender.name,
+                "samples": found.samples,
+                "seconds": seconds,
+                "complaints": complaints,
+                "details": found.details,
             }
         )
         return
-    what = "union bound" if method == "bound" else f"{samples:,} episodes, 95 % intervals"
+    more = found.rows or [()] * (len(found.agents) + 1)
+    names = (*asked.game.agent_names, "any")
     print_table(
-        f"{plan}: crash probability ({what})",
-        ("agent", "probability"),
-        list(zip((*game.agent_names, "any"), shown, strict=True)),
+        f"{subject}: crash probability, {method}",
+        ("agent", "probability", *found.columns),
+        [
+            (name, str(chance), *cells)
+            for name, chance, cells in zip(names, (*found.agents, found.any), more, strict=True)
+        ],
+        found.promise,
     )
 
 
-def _at_most(bound: float) -> dict[str, Any]:
-    limit = min(bound, 1.0)
-    return {"probability": limit, "low": 0.0, "high": limit}
+def _question(
+    subject: str, player: str | None, overrides: dict[str, Any], arena: str | None, limits: Limits
+) -> Question:
+    """A plan file has its game and its plans; in a game, planners plan first."""
+    from benchmarks.players import RECEDING, chosen_players, contender
+    from benchmarks.risk_methods import Question
+    from ppg_env.errors import require
+    from ppg_env.make import make_game
+    from ppg_env.planfile import read_plan
 
-
-def _estimate(estimate: Any) -> dict[str, Any]:
-    return {"probability": estimate.value, "low": estimate.low, "high": estimate.high}
+    if subject.endswith(".json"):
+        given = ["--player"] * (player is not None)
+        given += [f"--{name.replace('_', '-')}" for name in overrides]
+        require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
+        game, profile, _ = read_plan(subject)
+        return Question(game, profile, None, limits, arena or "schedule")
+    names, arena = chosen_players("nash" if player is None else player, arena)
+    require(len(names) == 1, "--player", "has several names", "name one")
+    made = make_game(subject, **overrides)
+    who = contender(names[0], made, limits)
+    if who.solution is None:
+        return Question(made, None, who, limits, arena)
+    if who.solution.profile is None:
+        no_solution(who.solution.advice)
+    anew = who.name == RECEDING  # its first plan is not what it plays
+    return Question(made, None if anew else who.solution.profile, who, limits, arena)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from benchmarks.options import JsonOption, SeedOption
 from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
-STUDIES = ("learned",)
-
-NOTE = (
-    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: anybody. self*, "
-    "soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned and learned*."
-)
+STUDIES = {
+    "learned": "benchmarks.experiments.learned",
+    "tightness": "benchmarks.experiments.tightness",
+}
+"""Modules that have the defaults of the options below in capitals, and the functions ``cells``,
+``run_cell``, ``tables``, ``words`` and ``pictures``."""
 
 
 def study(
@@ -37,67 +39,75 @@ def study(
     scenarios: Annotated[
         str | None, typer.Option(help="Scenarios, by name (default: the paper's).")
     ] = None,
-    speeds: Annotated[str, typer.Option(help="Speed sets.")] = "l1,disc,box",
-    lams: Annotated[str, typer.Option(help="Values of lam.")] = "0.1,0.3,0.5,0.7,0.8,0.9",
+    speeds: Annotated[
+        str | None, typer.Option(metavar="l1,disc,box", help="Speed sets (default: the study's).")
+    ] = None,
+    lams: Annotated[
+        str | None, typer.Option(metavar="L,L", help="Values of lam (default: the study's).")
+    ] = None,
     episodes: Annotated[
-        int, typer.Option(min=10, help="Episodes of each player in each cell.")
-    ] = 250_000,
+        int | None,
+        typer.Option(min=10, help="Episodes of each player in each cell (default: the study's)."),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a study, or go on with it: selfish and social players, planned and learned."""
-    from benchmarks.experiments import learned
+    """Run a study, or go on with it: selfish and social players, or how tight risk bounds are."""
     from benchmarks.experiments.results import completed
     from benchmarks.options import numbers
     from benchmarks.targets import own_folder, target
     from ppg_env.errors import require
 
     require(name in STUDIES, "study", f"is {name!r}", "write " + " or ".join(STUDIES))
-    asked = learned.SCENARIOS if scenarios is None else tuple(scenarios.split(","))
-    for scenario in asked:
-        known = scenario in learned.SCENARIOS
-        choices = ", ".join(learned.SCENARIOS)
-        require(known, "--scenarios", f"has {scenario!r}", f"use names of {choices}")
-    sets = tuple(speeds.split(","))
-    for speed in sets:
-        known = speed in learned.SPEEDS
-        require(known, "--speeds", f"has {speed!r}", "use names of " + ", ".join(learned.SPEEDS))
-    found = numbers("lams", lams)
-    grid = tuple(found) if isinstance(found, list) else (found,)
+    chosen: Any = import_module(STUDIES[name])
+    asked = _names("--scenarios", scenarios, chosen.SCENARIOS, chosen.SCENARIOS)
+    sets = _names("--speeds", speeds, chosen.DEFAULT_SPEEDS, chosen.SPEEDS)
+    found = list(chosen.LAMS) if lams is None else numbers("lams", lams)
+    grid = found if isinstance(found, list) else [found]
+    wanted = chosen.EPISODES if episodes is None else episodes
     path = Path(target(name, ".json", results))
     picture = None if as_json and out is None else target(name, ".png", out)
     own_folder(str(path))
-    todo = learned.cells(asked, sets, [lam for lam in grid if lam is not None])
+    todo = chosen.cells(asked, sets, grid)
 
-    def same(cell: learned.Cell, row: dict[str, object]) -> bool:
-        wanted = vars(cell) | {"episodes": episodes, "seed": seed}
-        return all(row.get(key) == value for key, value in wanted.items())
+    def same(cell: Any, row: dict[str, object]) -> bool:
+        fields = vars(cell) | {"episodes": wanted, "seed": seed}
+        return all(row.get(key) == value for key, value in fields.items())
 
     with bar(f"study {name}", len(todo)) as advance:
         rows = completed(
             path,
             name,
             todo,
-            partial(learned.run_cell, episodes=episodes, seed=seed),
+            partial(chosen.run_cell, episodes=wanted, seed=seed),
             same,
             jobs=jobs,
             progress=advance,
         )
-    said = list(learned.words(rows))
+    said = list(chosen.words(rows))
     if as_json:
         print_json({"study": name, "rows": rows, "words": said})
     else:
-        for speed in sets:
-            lines = learned.table(rows, speed)
-            print_table(f"speed set {speed}", learned.COLUMNS, lines, NOTE)
+        for table in chosen.tables(rows, sets):
+            print_table(table.title, table.columns, table.lines, table.note)
         for sentence in said:
             typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
-        from benchmarks.experiments.learned_picture import draw
-
         own_folder(picture)
-        for speed in sets:
-            file = f"{picture.removesuffix('.png')}-{speed}.png"
-            draw(rows, speed, file)
+        for file in chosen.pictures(rows, sets, picture.removesuffix(".png")):
             typer.echo(f"picture: {file}", err=True)
+
+
+def _names(
+    option: str, text: str | None, default: Sequence[str], known: Sequence[str]
+) -> tuple[str, ...]:
+    """The names in ``text``, all of which are ``known``."""
+    from ppg_env.errors import require
+
+    if text is None:
+        return tuple(default)
+    names = tuple(text.split(","))
+    for name in names:
+        require(name in known, option, f"has {name!r}", "use names of " + ", ".join(known))
+    return names

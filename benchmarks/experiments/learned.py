@@ -22,14 +22,17 @@ import numpy as np
 
 from baselines.evaluation import Judged, judge, over_runs
 from baselines.pretrained import find_pretrained
-from ppg_env.arena import Interval
+from benchmarks.experiments.results import Row, Table, probability
 from ppg_env.game import Game
 from ppg_env.make import make_game
 from ppg_env.players import Player, track
+from ppg_env.risk.estimates import Interval
 
 SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 SPEEDS = ("l1", "disc", "box")
 LAMS = (0.1, 0.3, 0.5, 0.7, 0.8, 0.9)
+DEFAULT_SPEEDS = SPEEDS
+EPISODES = 250_000
 PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
 KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
 """Selfish and social player of each kind."""
@@ -131,12 +134,16 @@ def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
     return Interval(*np.exp([found.value, found.low, found.high]).tolist())
 
 
-def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
-    """Cells of the table of one speed set; see :data:`COLUMNS`."""
+def tables(rows: Sequence[Row], speeds: Sequence[str]) -> Iterator[Table]:
+    """A table for each speed set."""
+    for speed in speeds:
+        lines = _lines([row for row in rows if row["speed"] == speed])
+        yield Table(f"speed set {speed}", COLUMNS, lines, NOTE)
+
+
+def _lines(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     lines = []
     for row in rows:
-        if row["speed"] != speed:
-            continue
         head = (row["scenario"], f"{row['lam']:g}")
         if "players" not in row:
             lines.append((*head, row["reason"], *[""] * (len(COLUMNS) - 3)))
@@ -146,7 +153,7 @@ def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
             (
                 *head,
                 *(f"{one['cost']['value']:.2f}" for one in played),
-                *(_probability(one["crash"]["value"], row["episodes"]) for one in played),
+                *(probability(one["crash"]["value"], row["episodes"]) for one in played),
                 *(
                     f"{row['price'][kind][what]['value']:{form}}"
                     for what, form in (("cost", ".3f"), ("risk", ".3g"))
@@ -157,6 +164,11 @@ def table(rows: Sequence[dict[str, Any]], speed: str) -> list[tuple[str, ...]]:
     return lines
 
 
+NOTE = (
+    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: anybody. self*, "
+    "soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned and learned*."
+)
+
 SHORT = ("nash", "soc.", "self*", "soc.*")
 """Names of the players in the head of the table."""
 
@@ -166,12 +178,6 @@ COLUMNS = (
     *(f"{what}\n{name}" for what in ("cost", "crash") for name in SHORT),
     *(f"{what}\nratio\n{kind}" for what in ("cost", "risk") for kind in ("pl.", "le.*")),
 )
-
-
-def _probability(value: float, episodes: int) -> str:
-    """Two digits; the 97.5 % limit where no crash was seen."""
-    shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
-    return shown.replace("e-0", "e-")
 
 
 def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -230,3 +236,12 @@ def _places(rows: Sequence[dict[str, Any]], kind: str) -> str:
     return "crashes likelier at " + ", ".join(
         f"{key} {hits}/{total}" for key, (hits, total) in found.items()
     )
+
+
+def pictures(rows: Sequence[Row], speeds: Sequence[str], stem: str) -> Iterator[str]:
+    """Draw a figure for each speed set, and yield its path."""
+    from benchmarks.experiments.learned_picture import draw
+
+    for speed in speeds:
+        draw(rows, speed, f"{stem}-{speed}.png")
+        yield f"{stem}-{speed}.png"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,6 +18,22 @@ FORMAT = "path-planning-games/results"
 
 Cell = TypeVar("Cell", bound=Hashable)
 Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Table:
+    """What a study tells in a table; ``note`` stands below it."""
+
+    title: str
+    columns: tuple[str, ...]
+    lines: list[tuple[str, ...]]
+    note: str
+
+
+def probability(value: float, episodes: int) -> str:
+    """Two digits; the 97.5 % limit where no crash was seen."""
+    shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
+    return shown.replace("e-0", "e-")
 
 
 def read_rows(path: Path, study: str) -> list[Row]:

@@ -20,14 +20,13 @@ from typing import Any
 
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
-from benchmarks.comparison import ARENAS
-from benchmarks.players import FILE, Limits, chosen_players
+from benchmarks.players import ARENAS, FILE, Limits, chosen_players
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game
 from ppg_env.gamefile import game_to_tables
 from ppg_env.make import make_game
 
-FORMAT = 1
+FORMAT = 2
 """To be raised whenever a cell gives another row than before: old rows are then not found."""
 
 JOINT = ("potential", "social")

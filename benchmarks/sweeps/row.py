@@ -59,6 +59,7 @@ class Row:
     information, runs, played_arrival, arrival_mean, success : as ``ppg compare`` prints them.
     crash_probability, crash_probability_low, crash_probability_high : of anybody, with limits.
     crash_probability_agents : of each.
+    crash_method : how they were found, ``mc`` or ``rare``.
     expected_cost, expected_cost_low, expected_cost_high : mean over agents, with limits.
     over_runs : limits over training runs.
     means, controls : (N, H+1, n) and (N, H, m), of the plans.
@@ -117,6 +118,7 @@ class Row:
     crash_probability_low: float | None = None
     crash_probability_high: float | None = None
     crash_probability_agents: Estimates | None = None
+    crash_method: str | None = None
     expected_cost: float | None = None
     expected_cost_low: float | None = None
     expected_cost_high: float | None = None

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from benchmarks.sweeps.row import Row
 from benchmarks.terminal import print_table, probability, times
-from ppg_env.montecarlo import Estimate
+from ppg_env.risk.estimates import Interval
 
 SHOWN = 60
 """Rows printed at most; the store has them all."""
@@ -74,6 +74,5 @@ def _crash(row: Row) -> str:
     assert row.crash_probability is not None
     assert row.crash_probability_low is not None
     assert row.crash_probability_high is not None
-    hits = round(row.crash_probability * row.episodes)
-    low, high = row.crash_probability_low, row.crash_probability_high
-    return probability(Estimate(hits, row.episodes, low, high))
+    found = (row.crash_probability, row.crash_probability_low, row.crash_probability_high)
+    return probability(Interval(*found))

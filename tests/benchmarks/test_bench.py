@@ -36,3 +36,11 @@ def test_the_engine_is_measured_beside_highs(ppg):
     assert "median ms" in text
     assert "HIGHS / engine" in text
     assert all(row["value"] > 0 for row in rows)
+
+
+def test_crash_probabilities_are_timed(ppg):
+    rows = ppg("bench", "risk", "--quick", "--json").json["measurements"]
+    text = " ".join(row["what"] for row in rows)
+    for part in ("exact, a plan of two agents", "rate of drawing", "rare at 1e-9", "splitting"):
+        assert part in text
+    assert all(row["value"] > 0 for row in rows)

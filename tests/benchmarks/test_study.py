@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baselines.pretrained import find_pretrained
-from benchmarks.experiments import learned
+from benchmarks.experiments import learned, tightness
 from benchmarks.experiments.results import completed, read_rows, write_rows
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
@@ -133,7 +133,8 @@ def test_files_of_something_else_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["magic"], "learned"),
+        (["magic"], "learned or tightness"),
+        (["tightness", "--speeds", "warp"], "disc"),
         (["learned", "--scenarios", "here"], "head_on"),
         (["learned", "--speeds", "fast"], "disc"),
         (["learned", "--lams", "x"], "write a number"),
@@ -147,3 +148,42 @@ def test_mistakes_are_told_in_one_line(ppg, tmp_path, monkeypatch, words, told):
     done = ppg("study", *words, code=2)
     assert told in done.err
     assert "Traceback" not in done.err
+
+
+def test_the_study_of_bounds_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ["study", "tightness", "--scenarios", "intersection", "--lams", "0.8"]
+    words += ["--episodes", "2000"]
+    done = ppg(*words)
+    assert "speed set l1" in done.out
+    assert "Order: " in done.out
+    picture_size(tmp_path / "out" / "tightness-l1.png")
+    rows = ppg(*words, "--json").json["rows"]
+    assert len(rows) == 8
+    assert rows == json.loads((tmp_path / "out" / "tightness.json").read_text())["rows"]
+    for one in rows:
+        bounds = [one["bounds"][name] for name in tightness.BOUNDS]
+        assert bounds == sorted(bounds, reverse=True)
+        assert one["low"] <= one["hits"] / 2000 <= one["high"]
+
+
+def tight(scenario, bounds, hits, low):
+    names = dict(zip((*tightness.BOUNDS, "least"), (*bounds, 0.0), strict=True))
+    return {
+        "scenario": scenario,
+        "bounds": names,
+        "hits": hits,
+        "episodes": 1000,
+        "low": low,
+    }
+
+
+def test_words_on_bounds_say_whether_the_order_holds():
+    good = tight("a", (0.8, 0.6, 0.4, 0.2), 200, 0.15)
+    rare = tight("b", (0.8, 0.6, 0.4, 0.01), 1, 0.0)
+    said = list(tightness.words([good, rare]))
+    assert "in 2 of 2 plans" in said[0]
+    assert "The paper's bound: 4 times the count in the median plan of 1" in said[1]
+    assert "Less shared: 1 times" in said[4]
+    assert "a 4, b 80" in said[5]
+    assert "in 1 of 2 plans" in next(tightness.words([good, rare | {"hits": 40}]))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ppg_env import Game, arena, evaluate, make_game
-from ppg_env.montecarlo import crash_counts
 from ppg_env.parallel import PathPlanningEnv
 from ppg_env.players import Homing, straight_players, track
+from ppg_env.risk.montecarlo import crash_counts
 from ppg_env.rules import Rules
 from solvers import best_response_dynamics
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import beta, norm
+from scipy.stats import norm
 
 from ppg_env import (
     Agent,
@@ -20,8 +20,11 @@ from ppg_env import (
 )
 from ppg_env.dynamics import covariances
 from ppg_env.game import override
-from ppg_env.montecarlo import BLOCK, crash_counts, deviations, proportion
 from ppg_env.plan import Profile
+from ppg_env.risk.blocks import BLOCK, generator
+from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.risk.streams import streams
+from tests.ppg_env.risk.closed_forms import boxes
 from tests.ppg_env.strategies import Play, double_integrator, plays
 
 SURE = 1 - 1e-4
@@ -91,20 +94,8 @@ def test_no_samples_and_negative_seeds_are_refused(samples: int, seed: int) -> N
 
 
 def test_a_pair_of_boxes_at_a_single_time_has_a_closed_form() -> None:
-    # In traffic at 0 (no noise) and 1 only; per axis the displacement is N(mean, 2 * 1.2).
-    agents = [
-        Agent(
-            [x, 0.0], [x, 4.0], Polytope.box(sides), Polytope.box([4, 4]), noise=np.diag([1.2, 0.7])
-        )
-        for x, sides in ((0.0, [2.0, 1.0]), (3.0, [2.0, 3.0]))
-    ]
-    game = Game(tuple(agents), horizon=3)
-    profile = straight(game)
+    game, profile, exact = boxes(3.0, 0.0)
     assert [plan.arrival for plan in profile] == [2, 2]
-    exact = 1.0
-    for mean, half, variance in ((-3.0, 2.0, 2.4), (0.0, 2.0, 1.4)):
-        sigma = np.sqrt(variance)
-        exact *= norm.cdf((half - mean) / sigma) - norm.cdf((-half - mean) / sigma)
     each, anybody = crash_counts(game, profile, 200_000, seed=1).estimates(SURE)
     for estimate in (*each, anybody):
         assert estimate.low < exact < estimate.high
@@ -121,6 +112,14 @@ def test_an_agent_before_a_long_wall_has_the_probability_of_a_half_plane() -> No
     assert estimate.low < exact < estimate.high
     assert estimate == anybody
     assert evaluate(game, straight(game)).risk_bound[0] == pytest.approx(exact, rel=1e-9)
+
+
+def deviations(game: Game, episodes: int, steps: int) -> np.ndarray:
+    """(steps + 1, episodes, N, d) simulated deviations of positions."""
+    process, blocks = streams(game, merge=False), -(-episodes // BLOCK)
+    parts = [process.draw(generator(4, b), process.scratch(steps)(), True) for b in range(blocks)]
+    joined = np.concatenate(parts, axis=-1)[:, :, : game.dim, :episodes]
+    return joined.transpose(0, 3, 1, 2)
 
 
 @pytest.mark.parametrize("order", ["integrator", "double integrator", "many"])
@@ -142,8 +141,7 @@ def test_simulated_deviations_have_the_planned_covariances(order: str) -> None:
             for k in range(count)
         ]
     game, episodes, steps = Game(tuple(agents)), 40_000, 4
-    run = deviations(game, np.random.default_rng(4), episodes, steps)
-    for t, sample in enumerate(run):
+    for t, sample in enumerate(deviations(game, episodes, steps)):
         assert sample.shape == (episodes, len(agents), 2)
         for i, agent in enumerate(agents):
             exact = covariances(agent, steps)[t][:2, :2]
@@ -157,27 +155,18 @@ def test_simulated_deviations_have_the_planned_covariances(order: str) -> None:
 
 def test_deviations_of_different_agents_are_independent() -> None:
     game = make_game("head_on")
-    *_, last = deviations(game, np.random.default_rng(0), 40_000, 3)
+    *_, last = deviations(game, 40_000, 3)
     between = np.corrcoef(last[:, 0].T, last[:, 1].T)[:2, 2:]
     assert np.abs(between).max() < 0.025
 
 
-@pytest.mark.parametrize(("hits", "samples"), [(0, 10), (1, 10), (5, 10), (10, 10), (7, 1000)])
-@pytest.mark.parametrize("confidence", [0.9, 0.95, 0.99])
-def test_intervals_are_clopper_pearsons(hits: int, samples: int, confidence: float) -> None:
-    tail = (1 - confidence) / 2
-    low = beta.ppf(tail, hits, samples - hits + 1) if hits else 0.0
-    high = beta.ppf(1 - tail, hits + 1, samples - hits) if hits < samples else 1.0
-    found = proportion(hits, samples, confidence)
-    assert found.value == hits / samples
-    assert (found.low, found.high) == pytest.approx((low, high), abs=1e-12)
-
-
-def test_known_intervals() -> None:
-    # No event in n: 1 - (alpha/2)^(1/n).  The textbook's 2 of 10 is [0.0252, 0.5561].
-    assert proportion(0, 1000).high == pytest.approx(1 - 0.025 ** (1 / 1000))
-    found = proportion(2, 10)
-    assert (found.low, found.high) == pytest.approx((0.0252, 0.5561), abs=5e-5)
+@pytest.mark.slow
+def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+    """Clopper-Pearson's never cover less than 95 %; with many hits hardly more."""
+    game, profile, exact = boxes(3.0, 0.0)
+    runs = [crash_counts(game, profile, BLOCK, seed).estimates()[1] for seed in range(1000)]
+    covered = sum(run.low <= exact <= run.high for run in runs)
+    assert 930 <= covered <= 970
 
 
 def test_no_crash_seen_still_has_a_positive_upper_limit() -> None:
@@ -233,7 +222,7 @@ def test_the_bound_holds_for_straight_plans_that_do_not_overlap(
     profile = straight(game, DELAYS[name])
     judged = evaluate(game, profile)
     assert judged.feasible
-    counts = crash_counts(game, profile, 2 * BLOCK, seed=6)
+    counts = crash_counts(game, profile, 16 * BLOCK, seed=6)
     each, anybody = counts.estimates()
     assert counts.any > 0 or noise < 8 or name == "parallel", "the bound was not put to the test"
     for estimate, bound in zip(each, judged.risk_bound, strict=True):
@@ -266,3 +255,50 @@ def test_named_case_the_papers_missing_sqrt_2_breaks_its_bound() -> None:
     assert anybody.low > 5 * judged.risk_sum_any
     assert (np.array([estimate.low for estimate in each]) > judged.risk_sum).all()
     assert anybody.high < evaluate(close_pair(), profile).risk_bound_any
+
+
+@given(plays(scale="exact"), st.integers(0, 100), st.booleans())
+def test_the_tables_of_times_and_encounters_add_up(play: Play, seed: int, swept: bool) -> None:
+    game, samples = play.game, 1500
+    counts = crash_counts(game, play.profile, samples, seed, swept=swept)
+    assert counts.times.shape == (len(game.encounters), game.horizon + 1)
+    assert (counts.first_times <= counts.times).all()
+    assert (counts.times <= samples).all()
+    assert (counts.encounters <= counts.times.sum(axis=1)).all()
+    assert counts.any <= min(counts.encounters.sum(), samples)
+    assert (counts.first_any <= counts.first_times.sum(axis=0)).all()
+    for i, hits in enumerate(counts.agents):
+        mine = [h for h, e in zip(counts.encounters, game.encounters, strict=True) if i in e.agents]
+        assert max(mine, default=0) <= hits <= min(sum(mine), counts.any)
+    last = [game.horizon + 1 if plan.arrival is None else plan.arrival for plan in play.profile]
+    for row, encounter in zip(counts.times, game.encounters, strict=True):
+        until = min(last[i] for i in encounter.agents)
+        assert not row[until + swept :].any()
+
+
+def test_counts_per_time_are_those_of_each_instant() -> None:
+    """Three walls as far as three instants: each instant has the probability of its half-plane."""
+    wall = Polytope.from_vertices([[-500, 3], [500, 3], [500, 500], [-500, 500]])
+    agent = Agent([0, 0], [8, 0], Polytope.box([2, 2]), Polytope.box([4, 4]), gain=0.5, noise=1.0)
+    game = Game((agent,), (wall,), horizon=4)
+    counts = crash_counts(game, straight(game), 200_000, seed=4)
+    assert counts.times[0, 0] == counts.times[0, 4] == 0
+    spread = np.sqrt(covariances(agent, 4)[1:4, 1, 1])
+    for estimate, exact in zip(counts.each(counts.times[0, 1:4], SURE), norm.sf(2 / spread)):  # noqa: B905
+        assert estimate.low < exact < estimate.high
+    first = counts.each(counts.first_any, SURE)
+    assert first[1].hits == counts.times[0, 1]
+    assert counts.first_any.sum() == counts.any
+
+
+def test_two_agents_with_equal_feedback_are_drawn_as_one_and_counted_alike() -> None:
+    game = close_pair(noise=4.0)
+    third = override(game.agents[0], start=[10.0, 900.0], goal=[95.0, 900.0])
+    unequal = override(game.agents[1], gain=0.5000001)
+    other = Game((game.agents[0], unequal))
+    crowd = Game((*game.agents, third))
+    assert [len(streams(g).loops) for g in (game, other, crowd)] == [1, 2, 3]
+    counts = [crash_counts(g, straight(g), 100_000, seed=9) for g in (game, other, crowd)]
+    found = [each.estimates(SURE)[1] for each in counts]
+    assert max(e.low for e in found) < min(e.high for e in found)
+    assert found[0].hits > 1000

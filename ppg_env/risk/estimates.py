@@ -1,0 +1,216 @@
+r"""Probabilities with what can be promised about them.
+
+``proportion``   k of n independent episodes: Clopper-Pearson, exact whatever k is.
+``difference``   of two proportions of the same n episodes: only discordant episodes count, b of
+                 one kind and c of the other, and their limits are squared and added (MOVER; Zou
+                 & Donner, Statistics in Medicine 27, 2008):
+
+    low  = b/n - c/n - sqrt(x^2 + y^2 + 2 r x y),   x = b/n - L_b,  y = U_c - c/n
+    high = b/n - c/n + sqrt(x^2 + y^2 + 2 r x y),   x = U_b - b/n,  y = c/n - L_c
+
+                 with Clopper-Pearson's [L, U] of either and -r their multinomial correlation.
+                 Those are wide for small counts, where normal intervals fail: the exact coverage,
+                 summed over all outcomes, stays above the stated one.
+``weighted``     the mean of independent y_k in [0, ceiling], by its standard error; what the
+                 samples may have missed is bounded by the ceiling.
+``repeated``     the mean of a few independent, unbiased estimates, by their spread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+ENOUGH = 100.0
+"""Effective samples from which the normal interval of a weighted mean is trusted: its relative
+standard error is then below 10 % and its distribution close to normal."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A probability with its Clopper-Pearson interval.
+
+    ``hits`` of ``samples`` episodes; ``value`` is their ratio, and [low, high] covers the true
+    probability with the stated confidence.
+    """
+
+    hits: int
+    samples: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """Share of episodes with the event."""
+        return self.hits / self.samples
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the interval can be relied on: always, it is exact."""
+        return True
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with the limits of its confidence interval; nan where nothing was seen."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class RareEstimate:
+    """A probability from weighted samples, with its confidence interval.
+
+    Attributes
+    ----------
+    standard_error : estimated standard deviation of ``value``.
+    effective_samples : equally weighted samples with the event that would be worth as much.
+    trusted : whether the interval can be relied on; if not, its upper limit is one that can be
+        proved.
+    advice : why it cannot, and what to do; else empty.
+    """
+
+    value: float
+    low: float
+    high: float
+    standard_error: float
+    effective_samples: float
+    trusted: bool
+    advice: str = ""
+
+
+@dataclass(frozen=True)
+class RareRisk:
+    """Crash probabilities of each agent, of each of ``game.encounters``, and of any.
+
+    Attributes
+    ----------
+    samples : simulated episodes.
+    between : for swept crashes, probabilities of those that no instant shows.
+    """
+
+    agents: list[RareEstimate]
+    encounters: list[RareEstimate]
+    any: RareEstimate
+    samples: int
+    between: RareRisk | None = None
+
+
+def proportion(hits: int, samples: int, confidence: float = 0.95) -> Estimate:
+    """The exact (Clopper-Pearson) interval of a binomial proportion: quantiles of the beta law."""
+    from scipy.special import betaincinv
+
+    tail, misses = (1 - confidence) / 2, samples - hits
+    low = betaincinv(hits, misses + 1, tail) if hits else 0.0
+    high = betaincinv(hits + 1, misses, 1 - tail) if misses else 1.0
+    return Estimate(hits, samples, float(low), float(high))
+
+
+def difference(more: int, less: int, samples: int, confidence: float = 0.95) -> Interval:
+    """Difference of two proportions of the same episodes; see the module's formula.
+
+    ``more`` episodes have the first event only, ``less`` the second only.
+    """
+    b, c = (proportion(count, samples, confidence) for count in (more, less))
+    odds = [e.value / max(1 - e.value, 1 / samples) for e in (b, c)]
+    r = min(sqrt(odds[0] * odds[1]), 1.0)
+
+    def reach(x: float, y: float) -> float:
+        return sqrt(x**2 + y**2 + 2 * r * x * y)
+
+    value = b.value - c.value
+    low = value - reach(b.value - b.low, c.high - c.value)
+    high = value + reach(b.high - b.value, c.value - c.low)
+    return Interval(value, max(low, -1.0), min(high, 1.0))
+
+
+def weighted(
+    hits: int,
+    samples: int,
+    total: float,
+    squares: float,
+    unit: float,
+    ceiling: float,
+    confidence: float = 0.95,
+) -> RareEstimate:
+    """Mean of ``samples`` independent values in [0, ``ceiling``], with its normal interval.
+
+    Parameters
+    ----------
+    hits : values that are not zero.
+    total, squares : sums of the values and of their squares, in ``unit`` and its square.
+    ceiling : largest value that there can be, whether it was seen or not.
+
+    It is no narrower than Clopper-Pearson's of the share of hits.  It is trusted if the hits, and
+    the hits of the largest possible value that would have the same sum, are worth ``ENOUGH``
+    samples, or if all values must be zero.  If it is not, the upper limit becomes what can be
+    proved: ``ceiling`` times that of the share.
+    """
+    from scipy.special import ndtri
+
+    mean = total / samples
+    variance = max(squares / samples - mean**2, 0.0) / max(samples - 1, 1)
+    value, error = mean * unit, sqrt(variance) * unit
+    effective = total**2 / squares if squares else 0.0
+    half = float(ndtri(0.5 + confidence / 2)) * error
+    share = proportion(hits, samples, confidence)
+    worth = value / share.value if hits else 0.0  # of a hit, on average
+    low, high = min(value - half, worth * share.low), max(value + half, worth * share.high)
+    if not ceiling or (effective >= ENOUGH and total * unit >= ENOUGH * ceiling):
+        high = max(high, float(np.finfo(float).tiny))  # what is smaller is no number
+        return RareEstimate(value, max(low, 0.0), high, error, effective, True)
+    most = max(high, min(ceiling * share.high, 1.0))
+    advice = f"only {effective:.0f} effective samples of {samples:,}; ask for more episodes"
+    return RareEstimate(value, 0.0, most, error, effective, False, advice)
+
+
+def repeated(values: np.ndarray, plain: Estimate, confidence: float = 0.95) -> RareEstimate:
+    """Mean of independent, unbiased ``values`` (R,), with Student's interval cut off at zero.
+
+    It is trusted if its standard error is that of ``ENOUGH`` samples.  If it is not, the upper
+    limit is at least that of ``plain``, an estimate by counting.
+    """
+    from scipy.special import stdtrit
+
+    R = len(values)
+    value, error = float(values.mean()), float(values.std(ddof=1) / sqrt(R))
+    half = float(stdtrit(R - 1, 0.5 + confidence / 2)) * error
+    effective = (value / error) ** 2 if error else 0.0
+    low, high = max(value - half, 0.0), value + half
+    if effective >= ENOUGH:
+        return RareEstimate(value, low, high, error, effective, True)
+    advice = f"{R} repetitions are worth only {effective:.0f} samples; ask for more episodes"
+    return RareEstimate(value, low, max(high, plain.high), error, effective, False, advice)
+
+
+def counted(plain: Estimate, advice: str = "") -> RareEstimate:
+    """A proportion beside rarer ones; trusted unless there is ``advice``."""
+    error = sqrt(plain.value * (1 - plain.value) / plain.samples)
+    return RareEstimate(plain.value, plain.low, plain.high, error, plain.hits, not advice, advice)
+
+
+def averaged(parts: Sequence[RareEstimate], confidence: float = 0.95) -> RareEstimate:
+    """Mean of independent estimates of different probabilities, such as of several trainings.
+
+    It is trusted if its standard error is that of ``ENOUGH`` samples, and above what parts that
+    are not trusted could add to it.
+    """
+    from scipy.special import ndtri
+
+    if len(parts) == 1:
+        return parts[0]
+    R, doubtful = len(parts), [part for part in parts if not part.trusted]
+    value = sum(part.value for part in parts) / R
+    error = sqrt(sum(part.standard_error**2 for part in parts)) / R
+    half = float(ndtri(0.5 + confidence / 2)) * error
+    effective = (value / error) ** 2 if error else 0.0
+    if effective >= ENOUGH and sum(part.high for part in doubtful) / R <= error:
+        return RareEstimate(value, max(value - half, 0.0), value + half, error, effective, True)
+    most = max(value + half, sum(part.high for part in parts) / R)
+    advice = doubtful[0].advice if doubtful else "the runs scatter; ask for more episodes"
+    return RareEstimate(value, max(value - half, 0.0), most, error, effective, False, advice)

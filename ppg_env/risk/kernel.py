@@ -1,0 +1,194 @@
+"""Compiled loops of the simulation of plans: draw deviations, find overlaps.
+
+Deviations are (T+1, S, n, B): times, processes, components, episodes.  Episodes come last, unlike
+elsewhere, so that the innermost loops run over them and use vector instructions.  All release the
+interpreter, so that blocks run in threads side by side.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ppg_env.kernel import ARRIVED, TRAFFIC
+
+
+@njit(cache=True, nogil=True)
+def draw(random, loops, roots, starts, random_start, out):
+    """Fill ``out`` (T+1, S, n, B): e_0 = start z, e_{t+1} = F e_t + root z, z standard normal."""
+    T, S, n, B = out.shape
+    fresh = np.empty((n, B))
+    for t in range(T):
+        if t == 0 and not random_start:
+            out[0] = 0.0
+            continue
+        for s in range(S):
+            for q in range(n):
+                for b in range(B):
+                    fresh[q, b] = random.standard_normal()
+            root = starts[s] if t == 0 else roots[s]
+            for k in range(n):
+                row = out[t, s, k]
+                row[:] = 0.0
+                for q in range(n):
+                    if root[k, q] != 0.0:
+                        _add(row, root[k, q], fresh[q])
+                    if t > 0 and loops[s, k, q] != 0.0:
+                        _add(row, loops[s, k, q], out[t - 1, s, q])
+
+
+@njit(cache=True, nogil=True)
+def overlaps(
+    errors, episodes, parties, until, normals, depths, first_face, nominal, swept,
+    times, first_times, first_any, met,
+):  # fmt: skip
+    """Count the overlaps of a block's first ``episodes``.
+
+    ``nominal`` (E, T+1, d) mean displacements; encounter e is in traffic before ``until[e]``.
+    At instants, or with ``swept`` during the steps that begin in traffic (time t: the step that
+    ends at t).  Adds to ``times`` and ``first_times`` (E, T+1) the episodes in which e overlaps
+    at t, and does so for the first time; to ``first_any`` (T+1,) those whose first overlap is at
+    t; sets ``met`` (E, B) where e overlapped at all.
+    """
+    E, B = len(parties), errors.shape[3]
+    most = 0
+    for e in range(E):
+        most = max(most, first_face[e + 1] - first_face[e])
+    anybody = np.zeros(B, np.bool_)
+    beyond = np.empty((2, E, most, B))  # by how much each face is cleared, now and a step ago
+    inside, rooms = np.empty(B, np.bool_), np.empty(most)
+    for t in range(errors.shape[0]):
+        for e in range(E):
+            if t >= until[e] + swept:
+                continue
+            F = first_face[e + 1] - first_face[e]
+            faces = normals[first_face[e] : first_face[e + 1]]
+            for f in range(F):
+                rooms[f] = depths[first_face[e] + f]
+                for k in range(faces.shape[1]):
+                    rooms[f] -= faces[f, k] * nominal[e, t, k]
+            now, before = beyond[t % 2, e, :F], beyond[(t + 1) % 2, e, :F]
+            clear(errors, t, parties[e, 0], parties[e, 1], faces, rooms, now)
+            if not swept:
+                _contain(now, inside)
+            elif t > 0:
+                _enter(before, now, inside)
+            else:
+                continue
+            for b in range(episodes):
+                if not inside[b]:
+                    continue
+                times[e, t] += 1
+                if not met[e, b]:
+                    met[e, b] = True
+                    first_times[e, t] += 1
+                if not anybody[b]:
+                    anybody[b] = True
+                    first_any[t] += 1
+
+
+@njit(cache=True, nogil=True)
+def clear(errors, t, first, second, normals, rooms, out):
+    """How far beyond each face, ``out`` (F, B) = normal . (e_a - e_b)(t) - room."""
+    for f in range(len(normals)):
+        row = out[f]
+        row[:] = -rooms[f]
+        for k in range(normals.shape[1]):
+            if normals[f, k] != 0.0:
+                _add(row, normals[f, k], errors[t, first, k])
+                if second >= 0:
+                    _add(row, -normals[f, k], errors[t, second, k])
+
+
+@njit(cache=True, nogil=True)
+def _contain(beyond, inside):
+    """Whether a point is beyond no face."""
+    inside[:] = True
+    for f in range(len(beyond)):
+        for b in range(inside.size):
+            inside[b] &= beyond[f, b] <= 0.0
+
+
+@njit(cache=True, nogil=True)
+def _enter(before, now, inside):
+    """Whether the segment between two points meets the polytope (Cyrus & Beck's clipping)."""
+    for b in range(inside.size):
+        start, end, there = 0.0, 1.0, True
+        for f in range(len(now)):
+            p, q = before[f, b], now[f, b]
+            if p > 0.0 and q > 0.0:
+                there = False
+                break
+            if p > 0.0:
+                start = max(start, p / (p - q))
+            elif q > 0.0:
+                end = min(end, p / (p - q))
+        inside[b] = there and start <= end
+
+
+@njit(cache=True, nogil=True)
+def _add(row, factor, other):
+    for b in range(row.size):
+        row[b] += factor * other[b]
+
+
+@njit(cache=True, nogil=True)
+def condition(errors, which, wanted, parties, times, normals, deviations, responses):
+    """Shift each episode so that its own component gets the ``wanted`` value.
+
+    Component c is the standard normal y = normal . (e_a - e_b)(t) / deviation; ``responses``
+    (C, T+1, 2, n) are the covariances of e_a and e_b with it, at all times.  Adding
+    (wanted - y) times those to a sample gives one conditioned on y = wanted.
+    """
+    for b in range(which.size):
+        c = which[b]
+        first, second, value = parties[c, 0], parties[c, 1], 0.0
+        for k in range(normals.shape[1]):
+            there = errors[times[c], first, k, b]
+            if second >= 0:
+                there -= errors[times[c], second, k, b]
+            value += normals[c, k] * there
+        shift = wanted[b] - value / deviations[c]
+        for t in range(errors.shape[0]):
+            for k in range(errors.shape[2]):
+                errors[t, first, k, b] += shift * responses[c, t, 0, k]
+                if second >= 0:
+                    errors[t, second, k, b] += shift * responses[c, t, 1, k]
+
+
+@njit(cache=True, nogil=True)
+def densities(errors, parties, times, normals, offsets, rates, out):
+    """Add to ``out`` (B,) the rates of the half-spaces that each episode lies in."""
+    beyond = np.empty((1, errors.shape[3]))
+    for c in range(times.size):
+        clear(errors, times[c], parties[c, 0], parties[c, 1], normals[c : c + 1],
+              offsets[c : c + 1], beyond)  # fmt: skip
+        for b in range(out.size):
+            out[b] += rates[c] * (beyond[0, b] <= 0.0)
+
+
+@njit(cache=True, nogil=True)
+def approach(state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
+    """Lower ``closest`` (C,) to the smallest margin of the bodies that might collide now.
+
+    As the environment sees them after a step (:mod:`ppg_env.kernel`): pairs with one in traffic
+    and the other in traffic or parked, agents in traffic and obstacles.
+    """
+    for c in range(closest.size):
+        row = min(clock[c], units.shape[0] - 1)
+        for e in range(pair.shape[0]):
+            i, j = pair[e, 0], pair[e, 1]
+            first, second = status[c, i], status[c, j] if j >= 0 else TRAFFIC
+            parked = stay and j >= 0 and first + second == ARRIVED  # one of them, the other moves
+            if not parked and (first != TRAFFIC or second != TRAFFIC):
+                continue
+            best = -np.inf
+            for f in range(first_face[e], first_face[e + 1]):
+                gap = -offsets[f]
+                for k in range(normals.shape[1]):
+                    gap += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
+                if units[row, f] > 0.0:
+                    best = max(best, gap / units[row, f])
+                elif gap > 0.0:  # no noise across this face
+                    best = np.inf
+            closest[c] = min(closest[c], best)
