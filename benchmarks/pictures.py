@@ -168,3 +168,13 @@ def write_figure(figure: Figure, path: str) -> None:
     stream = BytesIO()
     figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
     write_atomically(path, stream.getvalue())
+
+
+def svg(figure: Figure) -> bytes:
+    """``figure`` as SVG, sharp at every size; the same bytes for the same figure."""
+    from matplotlib import rc_context
+
+    stream = BytesIO()
+    with rc_context({"svg.hashsalt": "path-planning-games"}):
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    return stream.getvalue()

@@ -1,0 +1,115 @@
+"""What the explorer of the report shows: games, plans and their numbers, as small data.
+
+Only what is drawn is kept: outlines of bodies and obstacles, the plans' means up to each agent's
+arrival, and the numbers of the cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.reproduction.curves import Panel
+from benchmarks.reproduction.grid import EQUILIBRIA, SOCIAL
+from benchmarks.reproduction.run import Reproduction
+from benchmarks.sweeps import Row
+from ppg_env.game import Game
+from ppg_env.gamefile import game_from_tables
+from ppg_env.render import COLOURS, outline, plane
+
+DECIMALS = 3
+"""Of coordinates: a thousandth of a length, far below what a screen shows."""
+
+DIGITS = 6
+"""Significant ones of all other numbers."""
+
+BORDER = 4.0
+"""Length that is left free around everything drawn."""
+
+Points = list[list[float]]
+
+
+def explorer_data(found: Reproduction) -> dict[str, Any]:
+    """Everything the explorer shows, ready for JSON: numbers, text, lists and dictionaries.
+
+    ``panels`` has one entry per panel, in it ``plans`` with one list per solution, in that one
+    entry for each of ``lams``.
+    """
+    return {
+        "colours": COLOURS,
+        "lams": list(found.extent.lams),
+        "equilibria": EQUILIBRIA,
+        "social": SOCIAL,
+        "panels": [_panel(panel) for panel in found.panels.values()],
+    }
+
+
+def _panel(panel: Panel) -> dict[str, Any]:
+    place = panel.place
+    # lam alone differs between the games of a panel, and is not drawn.
+    game = game_from_tables(panel.plans[SOCIAL][0].game, place.scenario)
+    plans = {name: [_plan(row, game) for row in rows] for name, rows in panel.plans.items()}
+    return {
+        "setting": str(place.setting),
+        "scenario": place.scenario,
+        "gain": f"{place.gain:g}",
+        "bodies": [_points(outline(agent.shape.vertices)) for agent in game.agents],
+        "goals": [_place(agent.goal[: game.dim]) for agent in game.agents],
+        "obstacles": [_points(outline(obstacle.vertices)) for obstacle in game.obstacles],
+        "view": _view(game, [one for mine in plans.values() for one in mine]),
+        "plans": plans,
+    }
+
+
+def _plan(row: Row, game: Game) -> dict[str, Any]:
+    """A cell: what its plan costs, and the means of each agent from start to arrival."""
+    if row.means is None or row.arrival is None:
+        return {"status": row.status, "reason": row.reason or "there is no plan"}
+    return {
+        "status": row.status,
+        "arrival": row.arrival,
+        "objective": _rounded(row.shifted_cost),
+        "safety": _rounded(row.deficit),
+        "regret": _rounded(row.regret),
+        "crash": _rounded(
+            (row.crash_probability, row.crash_probability_low, row.crash_probability_high)
+        ),
+        "riskBound": _rounded((row.risk_bound_any,)),
+        "paths": [
+            _points(np.array(means)[: None if last is None else last + 1, : game.dim])
+            for means, last in zip(row.means, row.arrival, strict=True)
+        ],
+    }
+
+
+def _view(game: Game, plans: Sequence[dict[str, Any]]) -> list[float]:
+    """Left, bottom, width and height of all that any plan covers; the same for the whole panel, so
+    that nothing jumps when lam moves.
+    """
+    corners = [outline(obstacle.vertices) for obstacle in game.obstacles]
+    for i, agent in enumerate(game.agents):
+        body = outline(agent.shape.vertices)
+        reached = [path for plan in plans if "paths" in plan for path in plan["paths"][i]]
+        places = [_place(agent.start[: game.dim]), _place(agent.goal[: game.dim]), *reached]
+        corners += [np.array(places)[:, None] + extreme for extreme in (body.min(0), body.max(0))]
+    points = np.concatenate([found.reshape(-1, 2) for found in corners])
+    low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
+    return [round(float(value), DECIMALS) for value in (*low, *(high - low))]
+
+
+def _points(points: np.ndarray) -> Points:
+    """(P, d) as a list of x and y."""
+    return [_place(point) for point in points]
+
+
+def _place(point: np.ndarray) -> list[float]:
+    return [round(float(value), DECIMALS) for value in plane(point)]
+
+
+def _rounded(values: Iterable[float | None] | None) -> list[float | None]:
+    return [
+        None if value is None else float(f"{value:.{DIGITS}g}")
+        for value in (() if values is None else values)
+    ]

@@ -1,0 +1,213 @@
+"""Sections of the report as HTML: claims with their cases, figures, numbers, how it was made.
+
+All words that come from data pass through :func:`html.escape`.
+"""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from benchmarks.pictures import svg
+from benchmarks.reproduction.curves import Curve, Panel
+from benchmarks.reproduction.grid import Setting
+from benchmarks.reproduction.pictures import draw
+from benchmarks.reproduction.run import Finding, Reproduction
+from benchmarks.reproduction.verdicts import DEPENDS, FAILS, HOLDS, OPEN, Case
+
+PACKAGES = ("path-planning-games", "numpy", "scipy", "highspy", "numba", "matplotlib")
+"""Whose versions numbers and figures depend on."""
+
+SIGNS = {HOLDS: "✓", FAILS: "✗", DEPENDS: "±", OPEN: "&ndash;"}
+"""Beside the colour, for those who do not see it."""
+
+CLASSES = {HOLDS: "holds", FAILS: "fails", DEPENDS: "depends", OPEN: "open"}
+
+Sheet = tuple[Setting, float]
+"""Setting and gain: the panels that are drawn together."""
+
+
+def claims(found: Reproduction) -> str:
+    """The table of claims; under each its definition and all its cases."""
+    sheets = list(_sheets(found))
+    return "\n".join(_claim(one, sheets) for one in found.findings)
+
+
+def _claim(found: Finding, sheets: Sequence[Sheet]) -> str:
+    claim, verdict = found.claim, found.verdict
+    rest = str(verdict).removeprefix(verdict.word)
+    cells = [
+        ("Claim", f"<strong>{escape(claim.key)}</strong>"),
+        ("What the paper says", escape(claim.text)),
+        ("Where", escape(claim.source)),
+        ("Verdict", _badge(verdict.word) + escape(rest)),
+        ("Cases that hold", f"{verdict.holding}/{verdict.total}"),
+    ]
+    line = "".join(f'<td data-label="{label}">{cell}</td>' for label, cell in cells)
+    return (
+        f'<tbody class="claim"><tr>{line}</tr><tr><td colspan="{len(cells)}"><details>'
+        f"<summary>Definition and {verdict.total} cases</summary>"
+        f"<p>Holds in a case if {escape(claim.definition)}.</p>{_cases(found, sheets)}"
+        "</details></td></tr></tbody>"
+    )
+
+
+def _cases(found: Finding, sheets: Sequence[Sheet]) -> str:
+    if not found.cases:
+        return "<p>Nothing that was run speaks of it.</p>"
+    factors = list(dict.fromkeys(name for case in found.cases for name in case.factors))
+    rows = [
+        [escape(case.factors.get(name, "")) for name in factors]
+        + [_badge(HOLDS if case.holds else FAILS), escape(case.evidence), _links(case, sheets)]
+        for case in found.cases
+    ]
+    return _table(f"Cases of: {found.claim.key}", [*factors, "outcome", "evidence", "figure"], rows)
+
+
+def _links(case: Case, sheets: Sequence[Sheet]) -> str:
+    """Links to the figures of a case; a case about feedback has one with it and one without."""
+    return " ".join(
+        f'<a href="#{_anchor((setting, gain))}">K = {gain:g}</a>'
+        for setting, gain in sheets
+        if case.factors["speed"] == setting.speed
+        and case.factors["M'"] == f"{setting.margin_cap:g}"
+        and case.factors.get("K", f"{gain:g}") == f"{gain:g}"
+    )
+
+
+def _badge(word: str) -> str:
+    return f'<span class="badge {CLASSES[word]}">{SIGNS[word]} {word}</span>'
+
+
+def figures(found: Reproduction) -> str:
+    """One figure per setting and gain."""
+    return "\n".join(_figure(sheet, panels) for sheet, panels in _sheets(found).items())
+
+
+def _figure(sheet: Sheet, panels: Sequence[Panel]) -> str:
+    scenarios = ", ".join(panel.place.scenario for panel in panels)
+    text = (
+        "Objective, time to goal, safety lost and crash probability over lam, at equilibria and at "
+        f"the social optimum, for {_name(sheet)}. A line of panels per scenario: {scenarios}. "
+        "The numbers are in the tables below."
+    )
+    image = b64encode(svg(draw(panels))).decode("ascii")
+    return (
+        f'<figure id="{_anchor(sheet)}"><figcaption>{escape(_name(sheet))}</figcaption>'
+        + _scroller(
+            f"Figure, {_name(sheet)}",
+            f'<img src="data:image/svg+xml;base64,{image}" alt="{escape(text)}">',
+        )
+        + "</figure>"
+    )
+
+
+def numbers(found: Reproduction) -> str:
+    """One table per panel: every solution at every lam, averages and each agent."""
+    return "\n".join(_numbers(panel) for panel in found.panels.values())
+
+
+COLUMNS = (
+    "lam", "solution", "ended", "objective", "time", "safety lost", "Pr(anybody crashes)",
+    "union bound", "regret",
+)  # fmt: skip
+
+
+def _numbers(panel: Panel) -> str:
+    rows = [
+        [f"{lam:g}", escape(name), escape(curve.status[k]), *_values(curve, k)]
+        for k, lam in enumerate(panel.lams)
+        for name, curve in panel.curves.items()
+    ]
+    name = f"{panel.place.scenario}, {_name((panel.place.setting, panel.place.gain))}"
+    return f"<details><summary>{escape(name)}</summary>{_table(name, COLUMNS, rows)}</details>"
+
+
+def _values(curve: Curve, k: int) -> list[str]:
+    if curve.reasons[k]:
+        return [escape(curve.reasons[k]), *[""] * 5]
+    averages = [
+        f"{values[k].mean():.4g} ({', '.join(f'{value:.4g}' for value in values[k])})"
+        for values in (curve.objective, curve.time, curve.safety)
+    ]
+    value, low, high = curve.crash[k]
+    crash = f"{value:.1e} [{low:.1e}, {high:.1e}]" if value else f"&lt; {high:.1e}"
+    return [*averages, crash, _power(curve.risk_bound[k]), _power(curve.regret[k])]
+
+
+def _power(value: float) -> str:
+    return "&ndash;" if np.isnan(value) else f"{value:.1e}" if value else "0"
+
+
+def failures(found: Reproduction) -> str:
+    """The cells without a result, and why."""
+    if not found.failed:
+        return "<p>Every cell has a result.</p>"
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in found.failed)
+    return f"<p>{len(found.failed)} cells have no result:</p><ul>{items}</ul>"
+
+
+def making(found: Reproduction) -> str:
+    """The command, and the versions of what it ran on."""
+    extent = found.extent
+    words = {
+        "settings": ",".join(f"{one.speed}:{one.margin_cap:g}" for one in extent.settings),
+        "scenarios": ",".join(extent.scenarios),
+        "lams": ",".join(f"{lam:g}" for lam in extent.lams),
+        "episodes": str(extent.episodes),
+        "seed": str(extent.seed),
+    }
+    options = [word for name, value in words.items() for word in (f"--{name}", value)]
+    command = shlex.join(["ppg", "reproduce", *options])
+    used = [f"Python {platform.python_version()}", *map(_version, PACKAGES)]
+    return (
+        f"<pre><code>{escape(command)}</code></pre>"
+        f"<p>{extent.size} cells, {extent.episodes} simulated episodes each, seed {extent.seed}. "
+        f"This page was written with {escape(', '.join(used))}; cells that were stored before may "
+        "have been run with others.</p>"
+    )
+
+
+def _version(package: str) -> str:
+    try:
+        return f"{package} {version(package)}"
+    except PackageNotFoundError:  # run from a folder, without installation
+        return f"{package} (not installed)"
+
+
+def _sheets(found: Reproduction) -> dict[Sheet, list[Panel]]:
+    """Panels by setting and gain, in the order in which they were asked for."""
+    sheets: dict[Sheet, list[Panel]] = {}
+    for panel in found.panels.values():
+        sheets.setdefault((panel.place.setting, panel.place.gain), []).append(panel)
+    return sheets
+
+
+def _anchor(sheet: Sheet) -> str:
+    setting, gain = sheet
+    return f"figure-{setting.speed}-{setting.margin_cap:g}-{gain:g}"
+
+
+def _name(sheet: Sheet) -> str:
+    setting, gain = sheet
+    return f"{setting}, K = {gain:g}"
+
+
+def _table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table that scrolls by itself; ``rows`` are HTML."""
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return _scroller(name, table)
+
+
+def _scroller(name: str, content: str) -> str:
+    """What may be wider or higher than the screen; it can be scrolled with the keyboard."""
+    label = escape(name)
+    return f'<div class="wide" role="region" aria-label="{label}" tabindex="0">{content}</div>'
