@@ -36,7 +36,7 @@
   // ---- pictures ----
 
   function grid([left, bottom, width, height], size) {
-    const power = (value) => (value === null ? "–" : value === 0 ? "0" : value.toExponential(1));
+      const power = 10 ** Math.floor(Math.log10(width / GRID_LINES));
     const step = [1, 2, 5, 10].map((k) => k * power).find((one) => width / one <= GRID_LINES);
     const made = element("g", { class: "grid", "font-size": size });
     made.append(element("rect", { x: left, y: -bottom - height, width, height }));
@@ -102,13 +102,13 @@
 
   const fixed = (value) => (value === null ? "–" : value.toFixed(2));
   const whole = (value) => (value === null ? "never" : `${value}`);
-  const power = (value) => (value === null ? "–" : value === 0 ? "0" : value.toExponential(1));
+  const scientific = (value) => (value === null ? "–" : value === 0 ? "0" : value.toExponential(1));
   const mean = (values) =>
     values.includes(null) ? null : values.reduce((sum, value) => sum + value, 0) / values.length;
 
   function crashes([value, low, high]) {
     if (value === null) return "–";
-    return value > 0 ? `${power(value)} [${power(low)}, ${power(high)}]` : `< ${power(high)}`;
+    return value > 0 ? `${scientific(value)} [${scientific(low)}, ${scientific(high)}]` : `< ${scientific(high)}`;
   }
 
   // A line of the table: each cell with its text, and its exact value for who wants to read it.
@@ -146,11 +146,11 @@
     line(body, "objective (steps)", "objective", averaged(plan.objective, fixed));
     line(body, "safety lost (√2σ)", "safety", averaged(plan.safety, fixed));
     const regret = plan.regret.length ? plan.regret : names.map(() => null);
-    line(body, "regret, at most", "regret", [...each(regret, power), ["", null]]);
+    line(body, "regret, at most", "regret", [...each(regret, scientific), ["", null]]);
     const span = names.length + 1;
     line(body, "Pr(anybody crashes)", "crash", [[crashes(plan.crash), plan.crash]], span);
     line(body, "union bound on it", "risk-bound",
-      [[power(plan.riskBound[0]), plan.riskBound[0]]], span);
+      [[scientific(plan.riskBound[0]), plan.riskBound[0]]], span);
     table.replaceChildren(head, body);
   }
 
@@ -223,8 +223,8 @@
   }
   fill(form.equilibrium, data.equilibria);
   form.lam.max = data.lams.length - 1;
-  form.lam.value = Math.floor(data.lams.length / 2);
-  for (const name of ["setting", "scenario", "gain", "equilibrium", "lam"]) {
+  for (const [name, value] of Object.entries(data.start)) {
+    form[name].value = value;
     form[name].addEventListener("input", show);
   }
   form.time.addEventListener("input", () => {

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reproduction.curves import Panel
-from benchmarks.reproduction.grid import EQUILIBRIA, SOCIAL
+from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Place
 from benchmarks.reproduction.run import Reproduction
 from benchmarks.sweeps import Row
 from ppg_env.game import Game
@@ -35,14 +35,30 @@ def explorer_data(found: Reproduction) -> dict[str, Any]:
     """Everything the explorer shows, ready for JSON: numbers, text, lists and dictionaries.
 
     ``panels`` has one entry per panel, in it ``plans`` with one list per solution, in that one
-    entry for each of ``lams``.
+    entry for each of ``lams``; ``start`` is what is shown first.
     """
     return {
         "colours": COLOURS,
         "lams": list(found.extent.lams),
         "equilibria": EQUILIBRIA,
         "social": SOCIAL,
+        "start": _start(found.panels.values()),
         "panels": [_panel(panel) for panel in found.panels.values()],
+    }
+
+
+def _start(panels: Iterable[Panel]) -> dict[str, Any]:
+    """What to choose first: where the paper's equilibrium loses most safety."""
+    gaps = [(panel, np.nan_to_num(panel.mean_gap(BEST_RESPONSE, "safety"))) for panel in panels]
+    panel, gap = max(gaps, key=lambda pair: float(pair[1].max()))
+    return {**_names(panel.place), "equilibrium": BEST_RESPONSE, "lam": int(gap.argmax())}
+
+
+def _names(place: Place) -> dict[str, str]:
+    return {
+        "setting": str(place.setting),
+        "scenario": place.scenario,
+        "gain": f"{place.gain:g}",
     }
 
 
@@ -52,9 +68,7 @@ def _panel(panel: Panel) -> dict[str, Any]:
     game = game_from_tables(panel.plans[SOCIAL][0].game, place.scenario)
     plans = {name: [_plan(row, game) for row in rows] for name, rows in panel.plans.items()}
     return {
-        "setting": str(place.setting),
-        "scenario": place.scenario,
-        "gain": f"{place.gain:g}",
+        **_names(place),
         "bodies": [_points(outline(agent.shape.vertices)) for agent in game.agents],
         "goals": [_place(agent.goal[: game.dim]) for agent in game.agents],
         "obstacles": [_points(outline(obstacle.vertices)) for obstacle in game.obstacles],

@@ -15,9 +15,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from benchmarks.reproduction.curves import make_panel
-from benchmarks.reproduction.grid import EQUILIBRIA, SOCIAL, Place
+from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
 from benchmarks.reproduction.page import embedded, write_page
-from benchmarks.reproduction.run import Reproduction, judge
+from benchmarks.reproduction.run import Reproduction, judge, reproduce
 from benchmarks.sweeps import Row, Store
 
 SIDES = ("selfish", "social")
@@ -41,6 +41,22 @@ def reading(browser: Browser, path: Path, **options: object) -> Iterator[Page]:
     page.close()
     assert [url for url in asked if not url.startswith("data:")] == [path.as_uri()]
     assert said == []
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("store") / "cells.db"
+
+
+@pytest.fixture(scope="module")
+def found(store: Path) -> Reproduction:
+    extent = Extent(
+        settings=(Setting("l1", 3.0),),
+        scenarios=("head_on", "intersection"),
+        lams=(0.3, 0.6, 0.8),
+        episodes=200,
+    )
+    return reproduce(extent, store)
 
 
 @pytest.fixture(scope="module")
@@ -136,13 +152,13 @@ def test_the_lam_slider_shows_the_numbers_of_the_rows(page, found, store):
 def test_bodies_are_where_the_rows_have_them(page, found, store):
     moved = False
     for place in found.panels:
-        choose(page, place, EQUILIBRIA[0])
+        choose(page, place, BEST_RESPONSE)
         for k in range(len(found.extent.lams)):
             slide(page, "lam", k)
             for time in (0, 3, 8, 15):
                 slide(page, "time", time)
                 for side, row in zip(
-                    SIDES, rows(found, store, place, EQUILIBRIA[0], k), strict=True
+                    SIDES, rows(found, store, place, BEST_RESPONSE, k), strict=True
                 ):
                     assert np.abs(bodies(page, side) - means(row, time)).max() <= NEAR
                     left = page.locator(f"#{side} .body").evaluate_all(
@@ -151,6 +167,25 @@ def test_bodies_are_where_the_rows_have_them(page, found, store):
                     assert left == [end is not None and end <= time for end in row.arrival]
                 moved |= bool(np.abs(bodies(page, "selfish") - bodies(page, "social")).max() > 1)
     assert moved, "plans were told apart nowhere"
+
+
+def test_it_opens_where_the_equilibrium_loses_most_safety(page, found):
+    lost = shown(page, "selfish", "safety")[-1] - shown(page, "social", "safety")[-1]
+    gaps = [panel.mean_gap(BEST_RESPONSE, "safety").max() for panel in found.panels.values()]
+    assert lost == pytest.approx(max(gaps), rel=1e-4)
+    assert lost > 0
+
+
+def test_axes_are_labelled_where_their_lines_are(page):
+    for side in SIDES:
+        labels = page.locator(f"#{side} .grid text").all_text_contents()
+        lines = page.locator(f"#{side} .grid line").evaluate_all(
+            "all => all.map(l => l.x1.baseVal.value === l.x2.baseVal.value"
+            " ? `x = ${l.x1.baseVal.value}` : `y = ${-l.y1.baseVal.value || 0}`)"
+        )
+        assert labels == lines
+        assert {label[0] for label in labels} == {"x", "y"}
+        assert len(labels) >= 6
 
 
 def test_the_keyboard_is_enough(page, found):
@@ -185,7 +220,7 @@ def test_who_wants_no_motion_sees_whole_steps(browser, report, found):
     options = {"reduced_motion": "reduce", "viewport": {"width": 1200, "height": 900}}
     place = next(iter(found.panels))
     with reading(browser, report, **options) as page:
-        choose(page, place, EQUILIBRIA[0])
+        choose(page, place, BEST_RESPONSE)
         slide(page, "lam", 0)
         row = found.panels[place].plans[SOCIAL][0]
         page.click("[name=play]")
@@ -248,14 +283,14 @@ def test_a_cell_without_result_says_why(browser, found, tmp_path):
     place = next(iter(found.panels))
     plans = dict(found.panels[place].plans)
     nothing = dict.fromkeys(("arrival", "means", "shifted_cost", "deficit", "regret"))
-    first, *others = plans[EQUILIBRIA[0]]
+    first, *others = plans[BEST_RESPONSE]
     failed = replace(first, status="failed", reason=reason, crash_probability=None, **nothing)
-    plans[EQUILIBRIA[0]] = [failed, *others]
+    plans[BEST_RESPONSE] = [failed, *others]
     panels = found.panels | {place: make_panel(place, found.extent.lams, plans)}
     path = tmp_path / "failed.html"
     write_page(Reproduction(found.extent, panels, judge(panels)), str(path))
     with reading(browser, path) as page:
-        choose(page, place, EQUILIBRIA[0])
+        choose(page, place, BEST_RESPONSE)
         slide(page, "lam", 0)
         assert page.locator("#selfish .reason").inner_text() == f"No plan: {reason}."
         assert not page.locator("#selfish svg").is_visible()
