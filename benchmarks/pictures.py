@@ -173,8 +173,10 @@ def write_figure(figure: Figure, path: str) -> None:
 def svg(figure: Figure) -> bytes:
     """``figure`` as SVG, sharp at every size; the same bytes for the same figure."""
     from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     stream = BytesIO()
     with rc_context({"svg.hashsalt": "path-planning-games"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        # Figure.savefig would draw everything once more, in vain.
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
     return stream.getvalue()

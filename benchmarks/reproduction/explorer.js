@@ -40,11 +40,12 @@
     const step = [1, 2, 5, 10].map((k) => k * power).find((one) => width / one <= GRID_LINES);
     const made = element("g", { class: "grid", "font-size": size });
     made.append(element("rect", { x: left, y: -bottom - height, width, height }));
-    for (let x = Math.ceil(left / step) * step; x < left + width; x += step) {
+    // Not so far that a label would be cut off.
+    for (let x = Math.ceil(left / step) * step; x < left + width - 4 * size; x += step) {
       made.append(element("line", { x1: x, x2: x, y1: -bottom, y2: -bottom - height }));
       made.append(element("text", { x: x + size / 4, y: -bottom - size / 4 }, `x = ${x}`));
     }
-    for (let y = Math.ceil(bottom / step) * step; y < bottom + height; y += step) {
+    for (let y = Math.ceil(bottom / step) * step; y < bottom + height - 2 * size; y += step) {
       made.append(element("line", { x1: left, x2: left + width, y1: -y, y2: -y }));
       made.append(element("text", { x: left + size / 4, y: -y - size / 4 }, `y = ${y}`));
     }

@@ -30,6 +30,10 @@ STYLES = {
 LEAST_SPAN = 0.1
 """Steps, or units of margin, that an axis spans at least."""
 
+WIDTH = 11.0
+LEFT, RIGHT, BOTTOM, TOP = 0.7, 0.1, 0.9, 0.8
+"""Inches; the margins have room for labels, titles and the legend."""
+
 COLUMNS = {
     "objective": "(a) objective, shifted\n(steps)",
     "time": "(b) time to goal\n(steps)",
@@ -40,8 +44,19 @@ COLUMNS = {
 
 def draw(panels: Sequence[Panel]) -> Figure:
     """The panels of one setting and gain, one line each; lower is better everywhere."""
-    figure = new_figure(11.0, 1.3 + 1.75 * len(panels))
-    grid: Any = figure.subplots(len(panels), len(COLUMNS), sharex=True, squeeze=False)
+    height = TOP + 1.75 * len(panels) + BOTTOM
+    figure = new_figure(WIDTH, height)
+    figure.set_layout_engine("none")  # to fit a layout takes longer than to draw
+    edges = {
+        "left": LEFT / WIDTH,
+        "right": 1 - RIGHT / WIDTH,
+        "bottom": BOTTOM / height,
+        "top": 1 - TOP / height,
+        "wspace": 0.36,
+        "hspace": 0.12,
+    }
+    shape = (len(panels), len(COLUMNS))
+    grid: Any = figure.subplots(*shape, sharex=True, squeeze=False, gridspec_kw=edges)
     for line, panel in zip(grid, panels, strict=True):
         for axes, quantity in zip(line, COLUMNS, strict=True):
             if quantity == "crash":
@@ -51,6 +66,7 @@ def draw(panels: Sequence[Panel]) -> Figure:
                 _widen(axes)
             axes.grid(axis="y", alpha=0.3)
             axes.margins(x=0.03)
+            axes.tick_params(which="both", labelsize=8)
         line[0].set_ylabel(panel.place.scenario, fontsize=10)
     for axes, title in zip(grid[0], COLUMNS.values(), strict=True):
         axes.set_title(title, fontsize=9)
@@ -61,12 +77,13 @@ def draw(panels: Sequence[Panel]) -> Figure:
     figure.legend(
         [*handles, band],
         [*labels, "all equilibria found"],
-        loc="outside lower center",
+        loc="lower center",
         ncols=5,
         fontsize=8,
     )
     place = panels[0].place
-    figure.suptitle(f"Selfish and social plans: {place.setting}, K = {place.gain:g}", fontsize=11)
+    title = f"Selfish and social plans: {place.setting}, K = {place.gain:g}"
+    figure.suptitle(title, fontsize=11, y=1 - 0.1 / height)
     return figure
 
 

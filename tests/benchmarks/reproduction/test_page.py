@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from html import unescape
 from itertools import product
 from pathlib import Path
 
@@ -124,7 +126,7 @@ def rows(found: Reproduction, store: Path, place: Place, name: str, k: int) -> l
 
 def test_the_lam_slider_shows_the_numbers_of_the_rows(page, found, store):
     everything = list(product(found.panels, EQUILIBRIA, range(len(found.extent.lams))))
-    for place, name, k in everything[::2]:
+    for place, name, k in everything[::4]:
         choose(page, place, name)
         slide(page, "lam", k)
         assert page.locator("[name=lamShown]").inner_text() == f"λ = {found.extent.lams[k]:g}"
@@ -253,6 +255,16 @@ def test_claims_have_their_verdicts_and_cases(page, found):
         assert cases.count() == one.verdict.total
         assert cases.locator(".holds").count() == one.verdict.holding
         assert not one.cases or cases.locator("a").count() >= one.verdict.total
+
+
+def test_the_command_on_the_page_makes_the_page(ppg, report, store, tmp_path):
+    text = report.read_text(encoding="utf-8")
+    (command,) = re.findall("<pre><code>(.*?)</code></pre>", text)
+    program, *words = shlex.split(unescape(command))
+    assert program == "ppg"
+    again = tmp_path / "again.html"
+    ppg(*words, "--store", store, "--out", again)
+    assert again.read_bytes() == report.read_bytes()
 
 
 def test_links_lead_somewhere(page):
