@@ -44,14 +44,20 @@ def reproduce(
     out: Annotated[
         str | None, typer.Option(metavar="HTML", help="The report (default out/reproduction.html).")
     ] = None,
+    figures: Annotated[
+        str | None,
+        typer.Option(metavar="STEM", help="Write each figure, too, as STEM-SPEED-CAP-K.png."),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes; results do not depend on them.")] = 1,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
     """The paper's figures and claims, with verdicts: a table here, and a report to open."""
     from benchmarks.options import numbers
+    from benchmarks.pictures import write_figure
     from benchmarks.reproduction.grid import LAMS, SCENARIOS, SETTINGS, Extent, read_settings
     from benchmarks.reproduction.page import write_page
+    from benchmarks.reproduction.pictures import draw
     from benchmarks.reproduction.run import report, reproduce
     from benchmarks.targets import own_folder, target
 
@@ -71,6 +77,10 @@ def reproduce(
     if page is not None:
         own_folder(page)
         write_page(found, page)
+    if figures is not None:
+        for (setting, gain), panels in found.sheets.items():
+            name = f"{setting.speed}-{setting.margin_cap:g}-K{gain:g}"
+            write_figure(draw(panels), f"{figures}-{name}.png")
     if as_json:
         print_json(report(found))
     else:

@@ -9,9 +9,12 @@ from typing import Any
 
 from benchmarks.reproduction.claims import CLAIMS, Claim
 from benchmarks.reproduction.curves import QUANTITIES, Curve, Panel, make_panel
-from benchmarks.reproduction.grid import Extent, Place
+from benchmarks.reproduction.grid import Extent, Place, Setting
 from benchmarks.reproduction.verdicts import Case, Verdict, verdict
 from benchmarks.sweeps import sweep
+
+Sheet = tuple[Setting, float]
+"""Setting and gain: the panels that are drawn together."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,14 @@ class Reproduction:
     extent: Extent
     panels: dict[Place, Panel]
     findings: list[Finding]
+
+    @property
+    def sheets(self) -> dict[Sheet, list[Panel]]:
+        """Panels by setting and gain, in the order in which they were asked for."""
+        sheets: dict[Sheet, list[Panel]] = {}
+        for panel in self.panels.values():
+            sheets.setdefault((panel.place.setting, panel.place.gain), []).append(panel)
+        return sheets
 
     @property
     def failed(self) -> list[str]:

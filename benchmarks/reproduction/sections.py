@@ -16,9 +16,8 @@ import numpy as np
 
 from benchmarks.pictures import svg
 from benchmarks.reproduction.curves import Curve, Panel
-from benchmarks.reproduction.grid import Setting
 from benchmarks.reproduction.pictures import draw
-from benchmarks.reproduction.run import Finding, Reproduction
+from benchmarks.reproduction.run import Finding, Reproduction, Sheet
 from benchmarks.reproduction.verdicts import DEPENDS, FAILS, HOLDS, OPEN, Case
 
 PACKAGES = ("path-planning-games", "numpy", "scipy", "highspy", "numba", "matplotlib")
@@ -29,13 +28,10 @@ SIGNS = {HOLDS: "✓", FAILS: "✗", DEPENDS: "±", OPEN: "&ndash;"}
 
 CLASSES = {HOLDS: "holds", FAILS: "fails", DEPENDS: "depends", OPEN: "open"}
 
-Sheet = tuple[Setting, float]
-"""Setting and gain: the panels that are drawn together."""
-
 
 def claims(found: Reproduction) -> str:
     """The table of claims; under each its definition and all its cases."""
-    sheets = list(_sheets(found))
+    sheets = list(found.sheets)
     return "\n".join(_claim(one, sheets) for one in found.findings)
 
 
@@ -87,7 +83,7 @@ def _badge(word: str) -> str:
 
 def figures(found: Reproduction) -> str:
     """One figure per setting and gain."""
-    return "\n".join(_figure(sheet, panels) for sheet, panels in _sheets(found).items())
+    return "\n".join(_figure(sheet, panels) for sheet, panels in found.sheets.items())
 
 
 def _figure(sheet: Sheet, panels: Sequence[Panel]) -> str:
@@ -179,14 +175,6 @@ def _version(package: str) -> str:
         return f"{package} {version(package)}"
     except PackageNotFoundError:  # run from a folder, without installation
         return f"{package} (not installed)"
-
-
-def _sheets(found: Reproduction) -> dict[Sheet, list[Panel]]:
-    """Panels by setting and gain, in the order in which they were asked for."""
-    sheets: dict[Sheet, list[Panel]] = {}
-    for panel in found.panels.values():
-        sheets.setdefault((panel.place.setting, panel.place.gain), []).append(panel)
-    return sheets
 
 
 def _anchor(sheet: Sheet) -> str:
