@@ -163,7 +163,9 @@ def weighted(
     low, high = min(value - half, worth * share.low), max(value + half, worth * share.high)
     if not ceiling or (effective >= ENOUGH and total * unit >= ENOUGH * ceiling):
         high = max(high, float(np.finfo(float).tiny))  # what is smaller is no number
-        return RareEstimate(value, max(low, 0.0), high, error, effective, True)
+        return RareEstimate(
+            min(value, 1.0), min(max(low, 0.0), 1.0), min(high, 1.0), error, effective, True
+        )
     most = max(high, min(ceiling * share.high, 1.0))
     advice = f"only {effective:.0f} effective samples of {samples:,}; ask for more episodes"
     return RareEstimate(value, 0.0, most, error, effective, False, advice)
@@ -197,20 +199,22 @@ def counted(plain: Estimate, advice: str = "") -> RareEstimate:
 def averaged(parts: Sequence[RareEstimate], confidence: float = 0.95) -> RareEstimate:
     """Mean of independent estimates of different probabilities, such as of several trainings.
 
-    It is trusted if its standard error is that of ``ENOUGH`` samples, and above what parts that
-    are not trusted could add to it.
+    It is trusted if its standard error is that of ``ENOUGH`` samples, and that of every part of a
+    quarter as many; otherwise its upper limit is the mean of theirs.
     """
     from scipy.special import ndtri
 
     if len(parts) == 1:
         return parts[0]
-    R, doubtful = len(parts), [part for part in parts if not part.trusted]
+    R = len(parts)
     value = sum(part.value for part in parts) / R
     error = sqrt(sum(part.standard_error**2 for part in parts)) / R
     half = float(ndtri(0.5 + confidence / 2)) * error
     effective = (value / error) ** 2 if error else 0.0
-    if effective >= ENOUGH and sum(part.high for part in doubtful) / R <= error:
-        return RareEstimate(value, max(value - half, 0.0), value + half, error, effective, True)
-    most = max(value + half, sum(part.high for part in parts) / R)
-    advice = doubtful[0].advice if doubtful else "the runs scatter; ask for more episodes"
-    return RareEstimate(value, max(value - half, 0.0), most, error, effective, False, advice)
+    low, high = max(value - half, 0.0), value + half
+    least = min(parts, key=lambda part: part.effective_samples)
+    if effective >= ENOUGH and least.effective_samples >= ENOUGH / 4:
+        return RareEstimate(value, low, high, error, effective, True)
+    most = max(high, sum(part.high for part in parts) / R)
+    advice = least.advice or "the trainings scatter; ask for more episodes"
+    return RareEstimate(value, low, most, error, effective, False, advice)

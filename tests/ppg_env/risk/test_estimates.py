@@ -128,5 +128,6 @@ def test_an_average_is_no_surer_than_its_parts() -> None:
     mixed = averaged([sure, vague])
     assert (mixed.trusted, mixed.advice) == (False, "ask for more")
     assert mixed.high >= 5e-4
-    harmless = RareEstimate(0.0, 0.0, 1e-9, 0.0, 0, False, "ask for more")
-    assert averaged([sure, harmless]).trusted
+    fair = RareEstimate(4e-6, 2.7e-6, 9e-4, 6e-7, 44, False, "ask for more")
+    assert averaged([sure, fair]).trusted
+    assert averaged([sure, fair]).high < 5e-6
