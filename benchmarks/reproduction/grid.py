@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 
 from benchmarks.sweeps import Cell
@@ -129,13 +130,18 @@ class Extent:
         if solution not in DYNAMICS:
             return Cell(place.scenario, solution, fields, episodes=self.episodes, seed=self.seed)
         start, backwards = DYNAMICS[solution]
-        agents = len(make_game(place.scenario).agents)
         return Cell(
             place.scenario,
             "nash",
             fields,
             start=start,
-            order=tuple(reversed(range(agents))) if backwards else "cyclic",
+            order=tuple(reversed(range(_agents(place.scenario)))) if backwards else "cyclic",
             episodes=self.episodes,
             seed=self.seed,
         )
+
+
+@cache
+def _agents(scenario: str) -> int:
+    """How many there are; the same in every cell of a scenario."""
+    return len(make_game(scenario).agents)
