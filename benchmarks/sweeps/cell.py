@@ -14,7 +14,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +83,13 @@ class Cell:
     @cached_property
     def game(self) -> Game:
         """The game; raises InputError if there is none."""
-        return make_game(self.scenario, **self.fields)
+        try:
+            fields = json.dumps(self.fields)
+        except TypeError:  # arrays and polytopes
+            return make_game(self.scenario, **self.fields)
+        if self.scenario.endswith(".toml"):  # a file may change
+            return make_game(self.scenario, **self.fields)
+        return _scenario(self.scenario, fields)
 
     @property
     def limits(self) -> Limits:
@@ -135,6 +141,12 @@ class Cell:
             raise InputError(
                 self.player, f"cannot be read ({error.strerror})", "check the path"
             ) from None
+
+
+@lru_cache(maxsize=1024)
+def _scenario(call: str, fields: str) -> Game:
+    """The game of a scenario: in a grid, many cells have the same."""
+    return make_game(call, **json.loads(fields))
 
 
 def _canonical(content: Mapping[str, Any]) -> str:
