@@ -1,13 +1,15 @@
-"""Two directives whose content comes from the program itself.
+"""Directives whose content comes from the program itself.
 
 ``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each verb of
-``ppg`` with its arguments and options.
+``ppg`` with its arguments and options.  ``{study} NAME PART`` is what the stored results of a study
+say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.
 """
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import UnionType
 from typing import Any, get_args
 
@@ -35,6 +37,41 @@ class Commands(SphinxDirective):
 
         verbs = [_verb(verb.name, verb.callback) for verb in app.registered_commands]
         return self.parse_text_to_nodes("\n\n".join(verbs), allow_section_headings=True)
+
+
+class StudyResults(SphinxDirective):
+    """What the stored results of a study say; nothing is run, and no number is typed."""
+
+    required_arguments = 2
+
+    def run(self) -> list[nodes.Node]:
+        """Build the part that is asked for."""
+        name, part = self.arguments
+        path = Path(__file__).parent / "studies" / f"{name}.json"
+        self.env.note_dependency(str(path))
+        return self.parse_text_to_nodes(study_part(path, name, part))
+
+
+def study_part(path: Path, name: str, part: str) -> str:
+    """The ``question``, the ``words`` or the ``tables`` of a study, in Markdown."""
+    from benchmarks.experiments.results import read_rows
+    from benchmarks.experiments.study import find_study
+
+    study, rows = find_study(name), read_rows(path, name)
+    parts: dict[str, Callable[[], list[str]]] = {
+        "question": lambda: [f"*{study.question}*"],
+        "words": lambda: [f"- {sentence}" for sentence in study.words(rows)],
+        "tables": lambda: [
+            f"**{table.title}**\n\n{_table(_flat(table.columns), table.lines)}\n\n{table.note}\n"
+            for table in study.tables(rows)
+        ],
+    }
+    return "\n".join(parts[part]())
+
+
+def _flat(columns: Sequence[str]) -> list[str]:
+    """Heads that are broken into lines on the terminal, on one line."""
+    return [column.replace("\n", " ") for column in columns]
 
 
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:
@@ -74,4 +111,5 @@ def setup(app: Any) -> dict[str, bool]:
     """Register the directives."""
     app.add_directive("scenarios", Scenarios)
     app.add_directive("commands", Commands)
+    app.add_directive("study", StudyResults)
     return {"parallel_read_safe": True}
