@@ -8,7 +8,7 @@ say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args
@@ -22,10 +22,11 @@ class Scenarios(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the table."""
+        from benchmarks.experiments.markdown import markdown_table
         from ppg_env import scenarios
 
         rows = [(f"`{call}`", what) for call, what in scenarios().items()]
-        return self.parse_text_to_nodes(_table(("scenario", "what it is"), rows))
+        return self.parse_text_to_nodes(markdown_table(("scenario", "what it is"), rows))
 
 
 class Commands(SphinxDirective):
@@ -46,39 +47,21 @@ class StudyResults(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the part that is asked for."""
+        from benchmarks.experiments.markdown import told
+
         name, part = self.arguments
         path = Path(__file__).parent / "studies" / f"{name}.json"
         self.env.note_dependency(str(path))
-        return self.parse_text_to_nodes(study_part(path, name, part))
-
-
-def study_part(path: Path, name: str, part: str) -> str:
-    """The ``question``, the ``words`` or the ``tables`` of a study, in Markdown."""
-    from benchmarks.experiments.results import read_rows
-    from benchmarks.experiments.study import find_study
-
-    study, rows = find_study(name), read_rows(path, name)
-    parts: dict[str, Callable[[], list[str]]] = {
-        "question": lambda: [f"*{study.question}*"],
-        "words": lambda: [f"- {sentence}" for sentence in study.words(rows)],
-        "tables": lambda: [
-            f"**{table.title}**\n\n{_table(_flat(table.columns), table.lines)}\n\n{table.note}\n"
-            for table in study.tables(rows)
-        ],
-    }
-    return "\n".join(parts[part]())
-
-
-def _flat(columns: Sequence[str]) -> list[str]:
-    """Heads that are broken into lines on the terminal, on one line."""
-    return [column.replace("\n", " ") for column in columns]
+        return self.parse_text_to_nodes(told(name, path, part))
 
 
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:
+    from benchmarks.experiments.markdown import markdown_table
+
     assert name is not None
     assert command is not None
     parameters = inspect.signature(command, eval_str=True).parameters.values()
-    table = _table(("argument", "meaning", "default"), [_row(p) for p in parameters])
+    table = markdown_table(("argument", "meaning", "default"), [_row(p) for p in parameters])
     return f"## `ppg {name}`\n\n{inspect.getdoc(command)}\n\n{table}"
 
 
@@ -99,12 +82,6 @@ def _row(parameter: inspect.Parameter) -> tuple[str, str, str]:
     shown = name if kind is bool else f"{name} {value}"
     default = "" if parameter.default in (None, False) else f"`{parameter.default}`"
     return f"`{shown}`", meaning, default
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    escaped = [[cell.replace("|", "\\|") for cell in line] for line in lines]
-    return "\n".join(f"| {' | '.join(line)} |" for line in escaped)
 
 
 def setup(app: Any) -> dict[str, bool]:

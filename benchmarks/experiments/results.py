@@ -20,6 +20,8 @@ DIGITS = 8
 """Significant ones that a digest keeps; the store has them all."""
 
 Cell = TypeVar("Cell", bound=Hashable)
+Item = TypeVar("Item")
+Key = TypeVar("Key", bound=Hashable)
 Row = dict[str, Any]
 
 
@@ -29,12 +31,23 @@ def probability(value: float, episodes: int) -> str:
     return shown.replace("e-0", "e-")
 
 
-def by_speed(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Rows of each speed set, in the order in which the sets are met."""
-    found: dict[str, list[Row]] = {}
-    for row in rows:
-        found.setdefault(row["speed"], []).append(row)
+def chance(row: Row) -> str:
+    """The crash probability of a sweep's row; its upper limit where no crash was seen."""
+    value, high = row["crash_probability"], row["crash_probability_high"]
+    return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
+
+
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Items by their key, in the order in which keys are first seen."""
+    found: dict[Key, list[Item]] = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
     return found
+
+
+def by_speed(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Rows of each speed set."""
+    return grouped(rows, lambda row: str(row["speed"]))
 
 
 def read_rows(path: Path, study: str) -> list[Row]:

@@ -110,7 +110,7 @@ class Study:
         )
 
 
-STUDIES = ("learned", "tightness")
+STUDIES = ("learned", "tightness", "price", "sensitivity", "surrogate")
 """Modules beside this one, each with its study as ``STUDY``."""
 
 
