@@ -12,7 +12,7 @@ own: compared are ratios, as :mod:`benchmarks.experiments.prices` defines them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -21,16 +21,17 @@ from benchmarks.experiments.prices import (
     EQUILIBRIA,
     NOTE,
     PLAYERS,
+    SAME,
     SUMMARY,
     Price,
     digest,
     missing,
     prices,
+    sides,
     summary,
-    verdict,
 )
 from benchmarks.experiments.results import Row
-from benchmarks.experiments.study import PAPER, Choice, Study, Table
+from benchmarks.experiments.study import OUT_OF_REACH, PAPER, Choice, Study, Table
 from benchmarks.sweeps import Cell
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def cells(choice: Choice) -> list[Cell]:
         )
         for level in levels(choice.speeds)
         for scenario, lam, player in product(choice.scenarios, choice.lams, PLAYERS)
+        if (scenario, level["margin_cap"]) not in OUT_OF_REACH
     ]
 
 
@@ -96,7 +98,8 @@ def tables(rows: Sequence[Row]) -> Iterator[Table]:
     whole, each = [], []
     for level in dict.fromkeys(level for some in found.values() for level in some):
         here = {name: some.get(level, []) for name, some in found.items()}
-        whole.append((level, f"all {len(scenarios)}", *summary(here)))
+        count = len({one.selfish["scenario"] for some in here.values() for one in some})
+        whole.append((level, f"all {count}", *summary(here)))
         each += [(level, one, *summary(_of(one, here))) for one in scenarios]
     yield Table("Levels of each factor", COLUMNS, whole, NOTE, texts=2)
     yield Table("Levels of each factor, by scenario", COLUMNS, each, NOTE, texts=2)
@@ -113,17 +116,33 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
     """What the rows say, in sentences that the data write."""
     for name in EQUILIBRIA:
         found = by_level(rows, name)
-        for level, chosen in found.items():
-            yield verdict(chosen, f"{name}, {level}")
-        spread = {level: _mean_gap(chosen) for level, chosen in found.items()}
-        if spread:
-            listed = ", ".join(f"{level} {gap:.2%}" for level, gap in spread.items())
-            yield f"{name}, mean cost gap: {listed}."
+        for what, tell in TOLD.items():
+            listed = ", ".join(f"{level} {tell(chosen)}" for level, chosen in found.items())
+            yield f"{name}, {what}: {listed or 'no game'}."
     yield from missing(rows)
 
 
-def _mean_gap(chosen: Sequence[Price]) -> float:
-    return sum(one.cost - 1 for one in chosen) / len(chosen)
+def _gap(chosen: Sequence[Price]) -> str:
+    return f"{sum(one.cost - 1 for one in chosen) / len(chosen):.1%}"
+
+
+def _crashes(chosen: Sequence[Price]) -> str:
+    both = ([one.selfish for one in chosen], [one.social for one in chosen])
+    means = (sum(row["crash_probability"] for row in some) / len(some) for some in both)
+    return " / ".join(f"{mean:.1e}" for mean in means)
+
+
+def _as_the_paper(chosen: Sequence[Price]) -> str:
+    return str(sum(one.same_cost and one.riskier for one in chosen))
+
+
+TOLD: dict[str, Callable[[Sequence[Price]], str]] = {
+    "mean cost gap": _gap,
+    "riskier / safer than the optimum beyond doubt": lambda some: f"{sides(some)} of {len(some)}",
+    f"riskier and within {SAME:.0%} of the optimum's cost, as the paper has it": _as_the_paper,
+    "mean crash probability, and that of the optimum": _crashes,
+}
+"""What is told of every level."""
 
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:

@@ -25,6 +25,11 @@ SPEEDS = ("l1", "disc", "box")
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 """The scenarios of the paper."""
 
+OUT_OF_REACH = {("intersection3", 8.0)}
+"""Scenarios and caps M' whose optimum takes longer to prove (l1 speed, without feedback) than all
+the rest of a study; studies leave them out.
+"""
+
 
 @dataclass(frozen=True)
 class Choice:
