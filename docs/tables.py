@@ -1,13 +1,15 @@
-"""Two directives whose content comes from the program itself.
+"""Directives whose content comes from the program itself.
 
 ``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each verb of
-``ppg`` with its arguments and options.
+``ppg`` with its arguments and options.  ``{study} NAME PART`` is what the stored results of a study
+say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from pathlib import Path
 from types import UnionType
 from typing import Any, get_args
 
@@ -20,10 +22,11 @@ class Scenarios(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the table."""
+        from benchmarks.experiments.markdown import markdown_table
         from ppg_env import scenarios
 
         rows = [(f"`{call}`", what) for call, what in scenarios().items()]
-        return self.parse_text_to_nodes(_table(("scenario", "what it is"), rows))
+        return self.parse_text_to_nodes(markdown_table(("scenario", "what it is"), rows))
 
 
 class Commands(SphinxDirective):
@@ -37,11 +40,28 @@ class Commands(SphinxDirective):
         return self.parse_text_to_nodes("\n\n".join(verbs), allow_section_headings=True)
 
 
+class StudyResults(SphinxDirective):
+    """What the stored results of a study say; nothing is run, and no number is typed."""
+
+    required_arguments = 2
+
+    def run(self) -> list[nodes.Node]:
+        """Build the part that is asked for."""
+        from benchmarks.experiments.markdown import told
+
+        name, part = self.arguments
+        path = Path(__file__).parent / "studies" / f"{name}.json"
+        self.env.note_dependency(str(path))
+        return self.parse_text_to_nodes(told(name, path, part))
+
+
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:
+    from benchmarks.experiments.markdown import markdown_table
+
     assert name is not None
     assert command is not None
     parameters = inspect.signature(command, eval_str=True).parameters.values()
-    table = _table(("argument", "meaning", "default"), [_row(p) for p in parameters])
+    table = markdown_table(("argument", "meaning", "default"), [_row(p) for p in parameters])
     return f"## `ppg {name}`\n\n{inspect.getdoc(command)}\n\n{table}"
 
 
@@ -64,14 +84,9 @@ def _row(parameter: inspect.Parameter) -> tuple[str, str, str]:
     return f"`{shown}`", meaning, default
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    escaped = [[cell.replace("|", "\\|") for cell in line] for line in lines]
-    return "\n".join(f"| {' | '.join(line)} |" for line in escaped)
-
-
 def setup(app: Any) -> dict[str, bool]:
     """Register the directives."""
     app.add_directive("scenarios", Scenarios)
     app.add_directive("commands", Commands)
+    app.add_directive("study", StudyResults)
     return {"parallel_read_safe": True}

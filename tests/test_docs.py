@@ -17,7 +17,10 @@ from ppg_env.gamefile import read_game
 
 ROOT = Path(__file__).parents[1]
 PLAYERS = ("nash", "potential", "social", "straight", "ppo-selfish", "ppo-social")
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted(p for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts),
+]
 
 
 def blocks(page: Path, language: str) -> list[str]:

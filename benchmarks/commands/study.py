@@ -1,29 +1,21 @@
-"""``ppg study``: experiments that are told with a table, a figure and words."""
+"""``ppg study``: experiments that are told with tables, a figure and words."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from importlib import import_module
+from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from benchmarks.options import JsonOption, SeedOption
 from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
-STUDIES = {
-    "learned": "benchmarks.experiments.learned",
-    "tightness": "benchmarks.experiments.tightness",
-}
-"""Modules that have the defaults of the options below in capitals, and the functions ``cells``,
-``run_cell``, ``tables``, ``words`` and ``pictures``."""
-
 
 def study(
-    name: Annotated[str, typer.Argument(metavar="|".join(STUDIES), help="Which study.")],
+    name: Annotated[str, typer.Argument(metavar="STUDY", help="Which study; see the docs.")],
     results: Annotated[
         str | None,
         typer.Option(
@@ -32,18 +24,27 @@ def study(
             "(default out/STUDY.json).",
         ),
     ] = None,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DB",
+            help="Sweep that keeps whole rows, with plans (default out/studies.db).",
+        ),
+    ] = None,
     out: Annotated[
         str | None,
-        typer.Option(metavar="PNG", help="Figures, STEM-<speed>.png (default out/STUDY.png)."),
+        typer.Option(
+            metavar="PNG", help="Figure; STEM-<part>.png of several (default out/STUDY.png)."
+        ),
     ] = None,
     scenarios: Annotated[
-        str | None, typer.Option(help="Scenarios, by name (default: the paper's).")
+        str | None, typer.Option(help="Some of the study's scenarios, by name.")
     ] = None,
     speeds: Annotated[
         str | None, typer.Option(metavar="l1,disc,box", help="Speed sets (default: the study's).")
     ] = None,
     lams: Annotated[
-        str | None, typer.Option(metavar="L,L", help="Values of lam (default: the study's).")
+        str | None, typer.Option(metavar="L,L,...", help="Values of lam (default: the study's).")
     ] = None,
     episodes: Annotated[
         int | None,
@@ -53,61 +54,50 @@ def study(
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a study, or go on with it: selfish and social players, or how tight risk bounds are."""
-    from benchmarks.experiments.results import completed
+    """Run a study, or go on with it, and tell what its rows say."""
+    from benchmarks.experiments.study import SPEEDS, find_study
     from benchmarks.options import numbers
     from benchmarks.targets import own_folder, target
-    from ppg_env.errors import require
 
-    require(name in STUDIES, "study", f"is {name!r}", "write " + " or ".join(STUDIES))
-    chosen: Any = import_module(STUDIES[name])
-    asked = _names("--scenarios", scenarios, chosen.SCENARIOS, chosen.SCENARIOS)
-    sets = _names("--speeds", speeds, chosen.DEFAULT_SPEEDS, chosen.SPEEDS)
-    found = list(chosen.LAMS) if lams is None else numbers("lams", lams)
-    grid = found if isinstance(found, list) else [found]
-    wanted = chosen.EPISODES if episodes is None else episodes
-    path = Path(target(name, ".json", results))
+    chosen = find_study(name)
+    whole, lam = chosen.choice, numbers("lams", lams)
+    asked = replace(
+        whole,
+        scenarios=_names("--scenarios", scenarios, whole.scenarios) or whole.scenarios,
+        speeds=_names("--speeds", speeds, SPEEDS) or whole.speeds,
+        lams=whole.lams if lam is None else tuple(lam) if isinstance(lam, list) else (lam,),
+        episodes=episodes or whole.episodes,
+        seed=seed,
+    )
+    path, base = Path(target(name, ".json", results)), Path(target("studies", ".db", store))
     picture = None if as_json and out is None else target(name, ".png", out)
     own_folder(str(path))
-    todo = chosen.cells(asked, sets, grid)
-
-    def same(cell: Any, row: dict[str, object]) -> bool:
-        fields = vars(cell) | {"episodes": wanted, "seed": seed}
-        return all(row.get(key) == value for key, value in fields.items())
-
-    with bar(f"study {name}", len(todo)) as advance:
-        rows = completed(
-            path,
-            name,
-            todo,
-            partial(chosen.run_cell, episodes=wanted, seed=seed),
-            same,
-            jobs=jobs,
-            progress=advance,
-        )
+    own_folder(str(base))
+    with bar(f"study {name}", len(chosen.cells(asked))) as advance:
+        rows = chosen.rows(asked, path, base, jobs=jobs, progress=advance)
     said = list(chosen.words(rows))
     if as_json:
         print_json({"study": name, "rows": rows, "words": said})
     else:
-        for table in chosen.tables(rows, sets):
-            print_table(table.title, table.columns, table.lines, table.note)
+        for table in chosen.tables(rows):
+            print_table(table.title, table.columns, table.lines, table.note, table.texts)
         for sentence in said:
             typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
+        from benchmarks.pictures import write_figure
+
         own_folder(picture)
-        for file in chosen.pictures(rows, sets, picture.removesuffix(".png")):
+        for part, figure in chosen.draw(rows).items():
+            file = f"{picture.removesuffix('.png')}-{part}.png" if part else picture
+            write_figure(figure, file)
             typer.echo(f"picture: {file}", err=True)
 
 
-def _names(
-    option: str, text: str | None, default: Sequence[str], known: Sequence[str]
-) -> tuple[str, ...]:
+def _names(option: str, text: str | None, known: Sequence[str]) -> tuple[str, ...]:
     """The names in ``text``, all of which are ``known``."""
     from ppg_env.errors import require
 
-    if text is None:
-        return tuple(default)
-    names = tuple(text.split(","))
+    names = tuple(text.split(",")) if text is not None else ()
     for name in names:
         require(name in known, option, f"has {name!r}", "use names of " + ", ".join(known))
     return names

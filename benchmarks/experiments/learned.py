@@ -14,25 +14,25 @@ Logarithms of crash counts are taken with half a crash added.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from baselines.evaluation import Judged, judge, over_runs
 from baselines.pretrained import find_pretrained
-from benchmarks.experiments.results import Row, Table, probability
+from benchmarks.experiments.results import Row, by_speed, probability
+from benchmarks.experiments.study import PAPER, SPEEDS, Choice, Study, Table
 from ppg_env.game import Game
 from ppg_env.make import make_game
 from ppg_env.players import Player, track
 from ppg_env.risk.estimates import Interval
 
-SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
-SPEEDS = ("l1", "disc", "box")
-LAMS = (0.1, 0.3, 0.5, 0.7, 0.8, 0.9)
-DEFAULT_SPEEDS = SPEEDS
-EPISODES = 250_000
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
 KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
 """Selfish and social player of each kind."""
@@ -60,22 +60,21 @@ class Cell:
         return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
 
 
-def cells(
-    scenarios: Sequence[str] = SCENARIOS,
-    speeds: Sequence[str] = SPEEDS,
-    lams: Sequence[float] = LAMS,
-) -> list[Cell]:
+def cells(choice: Choice) -> list[Cell]:
     """All cells, speed sets first."""
-    return [Cell(s, v, lam) for v in speeds for s in scenarios for lam in lams]
+    return [
+        Cell(scenario, speed, lam)
+        for speed, scenario, lam in product(choice.speeds, choice.scenarios, choice.lams)
+    ]
 
 
-def run_cell(cell: Cell, episodes: int, seed: int) -> dict[str, Any]:
+def run_cell(cell: Cell, episodes: int, seed: int) -> Row:
     """Play one cell; a row of plain numbers.
 
     A row without ``players`` has the ``reason`` why a planner found nothing.
     """
     game = cell.game()
-    row: dict[str, Any] = vars(cell) | {"episodes": episodes, "seed": seed}
+    row: Row = vars(cell) | {"episodes": episodes, "seed": seed}
     learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
     groups = len(learned["ppo-selfish"].runs)
     sides: dict[str, list[Sequence[Player]]] = {
@@ -134,11 +133,10 @@ def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
     return Interval(*np.exp([found.value, found.low, found.high]).tolist())
 
 
-def tables(rows: Sequence[Row], speeds: Sequence[str]) -> Iterator[Table]:
+def tables(rows: Sequence[Row]) -> Iterator[Table]:
     """A table for each speed set."""
-    for speed in speeds:
-        lines = _lines([row for row in rows if row["speed"] == speed])
-        yield Table(f"speed set {speed}", COLUMNS, lines, NOTE)
+    for speed, mine in by_speed(rows).items():
+        yield Table(f"speed set {speed}", COLUMNS, _lines(mine), NOTE)
 
 
 def _lines(rows: Sequence[Row]) -> list[tuple[str, ...]]:
@@ -180,7 +178,7 @@ COLUMNS = (
 )
 
 
-def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+def words(rows: Sequence[Row]) -> Iterator[str]:
     """What the rows say, in sentences that the data write."""
     rows = [row for row in rows if "players" in row]
     for kind, (selfish, social) in KINDS.items():
@@ -215,7 +213,7 @@ def words(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
         )
 
 
-def _named(rows: Sequence[dict[str, Any]], marked: Sequence[bool]) -> str:
+def _named(rows: Sequence[Row], marked: Sequence[bool]) -> str:
     """How many cells are marked, and which."""
     names = [
         f"{row['scenario']} {row['speed']} {row['lam']:g}"
@@ -226,7 +224,7 @@ def _named(rows: Sequence[dict[str, Any]], marked: Sequence[bool]) -> str:
     return f"{len(names)} cell{plural} ({', '.join(names)})" if names else "no cell"
 
 
-def _places(rows: Sequence[dict[str, Any]], kind: str) -> str:
+def _places(rows: Sequence[Row], kind: str) -> str:
     """Where selfishness makes crashes likelier, and at how many lam of how many."""
     found: dict[str, tuple[int, int]] = {}
     for row in rows:
@@ -238,10 +236,20 @@ def _places(rows: Sequence[dict[str, Any]], kind: str) -> str:
     )
 
 
-def pictures(rows: Sequence[Row], speeds: Sequence[str], stem: str) -> Iterator[str]:
-    """Draw a figure for each speed set, and yield its path."""
-    from benchmarks.experiments.learned_picture import draw
+def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
+    """A figure for each speed set."""
+    from benchmarks.experiments.learned_picture import draw_speed
 
-    for speed in speeds:
-        draw(rows, speed, f"{stem}-{speed}.png")
-        yield f"{stem}-{speed}.png"
+    return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
+
+
+STUDY = Study(
+    "learned",
+    "Do learned selfish agents pay the same price in safety as equilibrium planners?",
+    Choice(PAPER, SPEEDS, (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=250_000),
+    cells,
+    tables,
+    words,
+    draw,
+    run=run_cell,
+)

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.experiments.learned import PLAYERS
-from benchmarks.pictures import new_figure, write_figure
+from benchmarks.experiments.results import Row
+from benchmarks.pictures import new_figure
 from ppg_env.render import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 STYLES = {
     "nash": (COLOURS[1], "-", "o"),
@@ -28,9 +30,9 @@ NAMES = {
 }
 
 
-def draw(rows: Sequence[dict[str, Any]], speed: str, path: str) -> None:
-    """Write a PNG: a line of panels per scenario, expected cost and crash probability over lam."""
-    shown = [row for row in rows if row["speed"] == speed and "players" in row]
+def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
+    """A line of panels per scenario, expected cost and crash probability over lam."""
+    shown = [row for row in rows if "players" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
     figure = new_figure(8.2, 1.2 + 2.1 * len(scenarios))
     grid: Any = figure.subplots(len(scenarios), 2, sharex=True, squeeze=False)
@@ -58,12 +60,12 @@ def draw(rows: Sequence[dict[str, Any]], speed: str, path: str) -> None:
         fontsize=8,
     )
     figure.suptitle(f"Selfish and social, planned and learned: speed set {speed}", fontsize=10)
-    write_figure(figure, path)
+    return figure
 
 
 def _curve(
     axes: Axes,
-    rows: Sequence[dict[str, Any]],
+    rows: Sequence[Row],
     name: str,
     what: str,
     base: np.ndarray,

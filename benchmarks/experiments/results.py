@@ -1,14 +1,14 @@
-"""Stored results of a study: one JSON file of rows, written whole after every row."""
+"""Stored results of a study: one JSON file of rows, small enough to stand beside its page."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
+from benchmarks import sweeps
 from benchmarks.sweeps.pool import Died, each_done
 from ppg_env.errors import InputError
 from ppg_env.files import write_atomically
@@ -16,24 +16,38 @@ from ppg_env.planfile import to_json
 
 FORMAT = "path-planning-games/results"
 
+DIGITS = 8
+"""Significant ones that a digest keeps; the store has them all."""
+
 Cell = TypeVar("Cell", bound=Hashable)
+Item = TypeVar("Item")
+Key = TypeVar("Key", bound=Hashable)
 Row = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Table:
-    """What a study tells in a table; ``note`` stands below it."""
-
-    title: str
-    columns: tuple[str, ...]
-    lines: list[tuple[str, ...]]
-    note: str
 
 
 def probability(value: float, episodes: int) -> str:
     """Two digits; the 97.5 % limit where no crash was seen."""
     shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
     return shown.replace("e-0", "e-")
+
+
+def chance(row: Row) -> str:
+    """The crash probability of a sweep's row; its upper limit where no crash was seen."""
+    value, high = row["crash_probability"], row["crash_probability_high"]
+    return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
+
+
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Items by their key, in the order in which keys are first seen."""
+    found: dict[Key, list[Item]] = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
+    return found
+
+
+def by_speed(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Rows of each speed set."""
+    return grouped(rows, lambda row: str(row["speed"]))
 
 
 def read_rows(path: Path, study: str) -> list[Row]:
@@ -71,7 +85,10 @@ def completed(
     jobs: int = 1,
     progress: Callable[[int], None] = lambda _count: None,
 ) -> list[Row]:
-    """Rows of all ``cells``, in order: stored ones, and those that had to be run."""
+    """Rows of all ``cells``, in order: stored ones, and those that had to be run.
+
+    The file is written anew after every row.
+    """
     stored = read_rows(path, study)
     rows: dict[Cell, Row] = {}
     for cell, old in product(cells, stored):
@@ -87,3 +104,46 @@ def completed(
         write_rows(path, study, [*others, *(rows[one] for one in cells if one in rows)])
         progress(1)
     return [rows[cell] for cell in cells]
+
+
+def digested(
+    path: Path,
+    study: str,
+    cells: Sequence[sweeps.Cell],
+    digest: Callable[[sweeps.Row], Row],
+    store: Path,
+    *,
+    jobs: int = 1,
+    progress: Callable[[int], None] = lambda _count: None,
+) -> list[Row]:
+    """Digests of the rows of all ``cells`` of a sweep, in order.
+
+    Those in ``path`` are taken from there, the others from ``store`` or from a run.  Cells without
+    a result are run again; their digest is their ``reason``.
+    """
+    stored = {row["address"]: row for row in read_rows(path, study)}
+    wanted = {cell.address: cell for cell in cells}
+    lacking = [
+        cell
+        for address, cell in wanted.items()
+        if "reason" in stored.get(address, {"reason": "never run"})
+    ]
+    progress(len(cells) - len(lacking))
+    if lacking:
+        found = sweeps.sweep(lacking, store, jobs=jobs, retry=True, progress=progress)
+        stored |= {row.address: {"address": row.address, **_kept(row, digest)} for row in found}
+        others = [address for address in stored if address not in wanted]
+        write_rows(path, study, [stored[address] for address in (*others, *wanted)])
+    return [stored[cell.address] for cell in cells]
+
+
+def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], Row]) -> Row:
+    """What is known of the digest, in few digits; the same before and after it was stored."""
+    if row.failed:
+        return {"scenario": row.scenario, "player": row.player, "reason": row.reason}
+    known = {name: value for name, value in digest(row).items() if value is not None}
+    return json.loads(json.dumps(known), parse_float=_shortened)
+
+
+def _shortened(text: str) -> float:
+    return float(f"{float(text):.{DIGITS}g}")

@@ -12,25 +12,24 @@ The order has to hold, and is checked: lower limits of the counts that all hold 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.experiments.results import Row, Table, probability
+from benchmarks.experiments.results import Row, by_speed, probability
+from benchmarks.experiments.study import PAPER, Choice, Study, Table
 from ppg_env.game import Game
 from ppg_env.make import make_game
 
-SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
-SPEEDS = ("l1", "disc", "box")
-DEFAULT_SPEEDS = ("l1",)
-LAMS = (0.5, 0.8)
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 OBJECTIVES = ("margin", "risk")
 GAINS = (0.0, 0.5)
 PLAYERS = ("nash", "social")
-EPISODES = 1_000_000
 
 BOUNDS = ("union", "faces", "instants", "tree")
 NAMES = ("the paper's bound", "best faces", "exact instants", "less shared")
@@ -67,16 +66,12 @@ class Cell:
         )
 
 
-def cells(
-    scenarios: Sequence[str] = SCENARIOS,
-    speeds: Sequence[str] = DEFAULT_SPEEDS,
-    lams: Sequence[float] = LAMS,
-) -> list[Cell]:
+def cells(choice: Choice) -> list[Cell]:
     """All cells, speed sets first."""
     return [
         Cell(scenario, speed, objective, gain, lam, player)
         for speed, scenario, objective, gain, lam, player in product(
-            speeds, scenarios, OBJECTIVES, GAINS, lams, PLAYERS
+            choice.speeds, choice.scenarios, OBJECTIVES, GAINS, choice.lams, PLAYERS
         )
     ]
 
@@ -125,11 +120,10 @@ NOTE = (
 )
 
 
-def tables(rows: Sequence[Row], speeds: Sequence[str]) -> Iterator[Table]:
+def tables(rows: Sequence[Row]) -> Iterator[Table]:
     """A table for each speed set."""
-    for speed in speeds:
-        chosen = [row for row in rows if row["speed"] == speed]
-        most = max((row["episodes"] for row in chosen), default=0)
+    for speed, chosen in by_speed(rows).items():
+        most = max(row["episodes"] for row in chosen)
         lines = [_line(row) for row in chosen]
         yield Table(f"speed set {speed}", COLUMNS, lines, NOTE.format(episodes=most))
 
@@ -183,10 +177,20 @@ def _ratio(value: float) -> str:
     return f"{value:.3g}" if value < 1e4 else f"{value:.0e}".replace("e+", "e")
 
 
-def pictures(rows: Sequence[dict[str, Any]], speeds: Sequence[str], stem: str) -> Iterator[str]:
-    """Draw a figure for each speed set, and yield its path."""
-    from benchmarks.experiments.tightness_picture import draw
+def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
+    """A figure for each speed set."""
+    from benchmarks.experiments.tightness_picture import draw_speed
 
-    for speed in speeds:
-        draw(rows, speed, f"{stem}-{speed}.png")
-        yield f"{stem}-{speed}.png"
+    return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
+
+
+STUDY = Study(
+    "tightness",
+    "How tight are the bounds on the crash probability?",
+    Choice(PAPER, ("l1",), (0.5, 0.8), episodes=1_000_000),
+    cells,
+    tables,
+    words,
+    draw,
+    run=run_cell,
+)

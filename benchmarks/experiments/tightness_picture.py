@@ -9,11 +9,12 @@ import numpy as np
 
 from benchmarks.experiments.results import Row
 from benchmarks.experiments.tightness import BOUNDS, OBJECTIVES
-from benchmarks.pictures import new_figure, write_figure
+from benchmarks.pictures import new_figure
 from ppg_env.render import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 STYLES = {
     "union": (COLOURS[1], "o", "the paper's bound"),
@@ -25,9 +26,9 @@ LEFT = 1e-18
 """Left end of the axis; smaller bounds stand there."""
 
 
-def draw(rows: Sequence[Row], speed: str, path: str) -> None:
-    """Write a PNG: panels by scenario and objective, in each a line of markers for every plan."""
-    shown = [row for row in rows if row["speed"] == speed and "bounds" in row]
+def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
+    """Panels by scenario and objective, in each a line of markers for every plan."""
+    shown = [row for row in rows if "bounds" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
     most = max(sum(r["scenario"] == s and r["objective"] == OBJECTIVES[0] for r in shown)
                for s in scenarios)  # fmt: skip
@@ -45,7 +46,7 @@ def draw(rows: Sequence[Row], speed: str, path: str) -> None:
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(f"How tight the bounds are: speed set {speed}", fontsize=10)
-    write_figure(figure, path)
+    return figure
 
 
 def _panel(axes: Axes, rows: Sequence[Row]) -> None:

@@ -52,7 +52,7 @@ def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
     def run_again(*_):
         raise AssertionError("all rows are stored")
 
-    monkeypatch.setattr(learned, "run_cell", run_again)
+    monkeypatch.setattr(learned, "judge", run_again)
     again = ppg("study", "learned", *FEW, "--json").json
     assert again["rows"] == stored
     assert ppg("study", "learned", *FEW).out == done.out

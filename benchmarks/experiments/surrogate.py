@@ -1,0 +1,287 @@
+r"""Where the paper's surrogate of safety misorders plans.
+
+The paper maximises the sum of margins; among plans of one game that is to minimise
+
+    deficit at M' = sum over agents, their pairs in traffic, and times of (M' - min(M', s))
+
+All plans for one game (a scenario, a speed set, a gain) are judged by it, at several caps M', and
+by the union bound that the objective ``risk`` minimises, sum of g(s) over pairs and times.  The
+judge is Pr(anybody crashes), simulated.
+
+    tau         Kendall's tau-b of a score and the crash probability, over plans that differ
+    told apart  pairs of plans whose 95 % limits of the crash probability are disjoint
+    right, tied, wrong   such pairs of which the score prefers the safer plan, neither, the other
+
+A wrong pair is misordered beyond doubt.  Plans come from every player, objective, M' and lam;
+straight flight is one where it is free of overlap.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks import sweeps
+from benchmarks.experiments.prices import PLAYERS, missing
+from benchmarks.experiments.results import Row, chance, grouped
+from benchmarks.experiments.study import OUT_OF_REACH, PAPER, Choice, Study, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GAINS = (0.0, 0.5)
+PLANNED: tuple[dict[str, Any], ...] = (
+    {"objective": "margin", "margin_cap": 3.0},
+    {"objective": "margin", "margin_cap": 5.0},
+    {"objective": "margin", "margin_cap": 8.0},
+    {"objective": "risk"},
+)
+"""What plans are planned for."""
+
+CAPS = (3.0, 5.0, 8.0)
+"""M' of the deficits by which all plans are judged."""
+
+SCORES = (*(f"deficit, M' = {cap:g}" for cap in CAPS), "union bound")
+ORDERS = ("right", "tied", "wrong")
+
+TIE = 0.01
+"""Scores closer than this share of the larger one count as tied: nobody would choose by them."""
+
+
+def cells(choice: Choice) -> list[sweeps.Cell]:
+    """Every planner with every objective, M' and lam; and flight straight ahead, once."""
+    found = []
+    for speed, scenario, gain in product(choice.speeds, choice.scenarios, GAINS):
+        game = {"speed": speed, "gain": gain}
+        asked = [
+            (player, {**game, **planned, "lam": lam})
+            for planned, lam, player in product(PLANNED, choice.lams, PLAYERS)
+            if (scenario, planned.get("margin_cap")) not in OUT_OF_REACH
+        ]
+        asked.append(("straight", game))
+        found += [
+            sweeps.Cell(scenario, player, fields, episodes=choice.episodes, seed=choice.seed)
+            for player, fields in asked
+        ]
+    return found
+
+
+def digest(row: sweeps.Row) -> Row:
+    """The plan's scores under every cap, the smallest margin of each time, and its crashes."""
+    from ppg_env.evaluate import evaluate
+    from ppg_env.gamefile import game_from_tables
+    from ppg_env.plan import make_profile
+
+    game = game_from_tables(row.game, row.scenario)
+    profile = make_profile(game, row.controls or [])
+    judged = [evaluate(replace(game, margin_cap=cap), profile) for cap in CAPS]
+    widest = judged[-1]
+    end = int(widest.traffic.any(axis=0).sum())
+    plan = json.dumps((np.array([one.means for one in profile]).round(3) + 0.0).tolist())
+    names = (
+        "scenario", "speed", "gain", "player", "objective", "margin_cap", "lam", "arrival",
+        "crash_probability", "crash_probability_low", "crash_probability_high",
+    )  # fmt: skip
+    return {name: getattr(row, name) for name in names} | {
+        "plan": hashlib.sha256(plan.encode()).hexdigest()[:16],
+        "scores": [*(float(one.deficit.sum()) for one in judged), widest.risk_bound_any],
+        "margins": widest.margins.min(axis=0)[:end].round(3).tolist(),
+    }
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two plans for one game, of which the first is the safer one beyond doubt."""
+
+    safer: Row
+    riskier: Row
+
+    def order(self, score: int) -> str:
+        """Whether a score, by its number, has the pair ``right``, ``tied`` or ``wrong``."""
+        good, bad = self.safer["scores"][score], self.riskier["scores"][score]
+        if abs(good - bad) <= TIE * max(good, bad):
+            return "tied"
+        return "right" if good < bad else "wrong"
+
+    @property
+    def least(self) -> float:
+        """Lower limit of the ratio of the two crash probabilities."""
+        return float(self.riskier["crash_probability_low"] / self.safer["crash_probability_high"])
+
+
+@dataclass(frozen=True)
+class Game:
+    """The plans for one game that differ, and the pairs of them that are told apart."""
+
+    name: str
+    plans: Sequence[Row]
+    pairs: Sequence[Pair]
+
+    def tau(self, score: int) -> float:
+        """Kendall's tau-b of a score and the crash probability; nan if all crash alike."""
+        from scipy.stats import kendalltau
+
+        scores = [plan["scores"][score] for plan in self.plans]
+        return float(kendalltau(scores, [plan["crash_probability"] for plan in self.plans])[0])
+
+    def counts(self, score: int) -> dict[str, int]:
+        """Pairs that are right, tied and wrong."""
+        found = [pair.order(score) for pair in self.pairs]
+        return {order: found.count(order) for order in ORDERS}
+
+
+def games(rows: Sequence[Row]) -> list[Game]:
+    """Games, each with its plans; of plans that are the same, the first stands for all.
+
+    Left out are plans whose means overlap, such as most straight flights: no planner may choose
+    them.
+    """
+    found = []
+    known = [row for row in rows if "reason" not in row and min(row["margins"]) >= 0]
+    for name, mine in grouped(known, _game_name).items():
+        plans = list({row["plan"]: row for row in reversed(mine)}.values())[::-1]
+        pairs = [
+            Pair(safer, riskier)
+            for one, other in combinations(plans, 2)
+            for safer, riskier in ((one, other), (other, one))
+            if safer["crash_probability_high"] < riskier["crash_probability_low"]
+        ]
+        found.append(Game(name, plans, pairs))
+    return found
+
+
+def _game_name(row: Row) -> str:
+    return f"{row['scenario']}, {row['speed']}, gain {row['gain']:g}"
+
+
+def clearest(found: Sequence[Game], score: int) -> tuple[Game, Pair] | None:
+    """The wrong pair whose crash probabilities are furthest apart, and its game."""
+    wrong = [(game, pair) for game in found for pair in game.pairs if pair.order(score) == "wrong"]
+    return max(wrong, key=lambda one: one[1].least, default=None)
+
+
+SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
+SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
+COLUMNS = (
+    "game",
+    "plans",
+    "told\napart",
+    *(f"{what}\n{name}" for name in SHORT for what in ("tau", "wrong")),
+)
+NOTE = (
+    "By the deficit at each M', and by the union bound. Tau: Kendall's tau-b with the crash "
+    "probability. Told apart: pairs of plans whose crash probabilities differ beyond doubt. Wrong: "
+    "such pairs of which the score prefers the riskier plan."
+)
+EXAMPLE = (
+    "game", "score", "it prefers", "to", "score\nfirst", "score\nsecond", "crash\nfirst",
+    "crash\nsecond",
+)  # fmt: skip
+
+
+def tables(rows: Sequence[Row]) -> Iterator[Table]:
+    """How each score orders the plans for each game, and where it errs most clearly."""
+    found = games(rows)
+    yield Table("How each score orders plans", COLUMNS, [_line(game) for game in found], NOTE)
+    yield Table(
+        "The clearest example of each game and score",
+        EXAMPLE,
+        [
+            _example(game, score, best[1])
+            for game in found
+            for score in range(len(SCORES))
+            if (best := clearest([game], score)) is not None
+        ],
+        "Plans by who planned them, and for which objective, cap and lam.",
+        texts=4,
+    )
+
+
+def _line(game: Game) -> tuple[str, ...]:
+    told = [game.name, str(len(game.plans)), str(len(game.pairs))]
+    for score in range(len(SCORES)):
+        tau = game.tau(score)
+        told += ["-" if np.isnan(tau) else f"{tau:.2f}", str(game.counts(score)["wrong"])]
+    return tuple(told)
+
+
+def _example(game: Game, score: int, pair: Pair) -> tuple[str, ...]:
+    one, other = pair.riskier, pair.safer
+    return (
+        game.name,
+        SCORES[score],
+        plan_name(one),
+        plan_name(other),
+        f"{one['scores'][score]:.3g}",
+        f"{other['scores'][score]:.3g}",
+        chance(one),
+        chance(other),
+    )
+
+
+def plan_name(row: Row) -> str:
+    """Who made a plan, and for what."""
+    if row["player"] == "straight":
+        return "straight"
+    cap = f", M' = {row['margin_cap']:g}" if row["objective"] == "margin" else ""
+    return f"{row['player']} ({row['objective']}{cap}, lam {row['lam']:g})"
+
+
+def words(rows: Sequence[Row]) -> Iterator[str]:
+    """What the rows say, in sentences that the data write."""
+    found = games(rows)
+    pairs = sum(len(game.pairs) for game in found)
+    plans = sum(len(game.plans) for game in found)
+    yield (
+        f"{plans} plans that differ, in {len(found)} games; {pairs} pairs of plans for one game "
+        "differ in risk beyond doubt."
+    )
+    for k, score in enumerate(SCORES):
+        counts = {order: sum(game.counts(k)[order] for game in found) for order in ORDERS}
+        taus = [tau for game in found if not np.isnan(tau := game.tau(k))]
+        if not pairs or not taus:
+            continue
+        yield (
+            f"{score}: of these pairs {counts['right'] / pairs:.0%} right, "
+            f"{counts['tied'] / pairs:.0%} tied, {counts['wrong'] / pairs:.0%} wrong "
+            f"({counts['wrong']}); tau {min(taus):.2f} to {max(taus):.2f}, median "
+            f"{np.median(taus):.2f} of {len(taus)} games."
+        )
+    for k, score in enumerate(SCORES):
+        best = clearest(found, k)
+        if best is not None:
+            game, pair = best
+            good, bad = (one["scores"][k] for one in (pair.safer, pair.riskier))
+            yield (
+                f"{score}, clearest example: in {game.name} it prefers {plan_name(pair.riskier)} "
+                f"({bad:.3g}, crash probability {chance(pair.riskier)}) to "
+                f"{plan_name(pair.safer)} ({good:.3g}, crash probability {chance(pair.safer)}), "
+                f"which crashes at least {pair.least:.3g} times less often."
+            )
+    yield from missing(rows)
+
+
+def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
+    """One figure."""
+    from benchmarks.experiments.surrogate_picture import draw_scores
+
+    return {"": draw_scores(games(rows))}
+
+
+STUDY = Study(
+    "surrogate",
+    "Where does minus the sum of margins, the paper's surrogate, misorder plans against the "
+    "probability of a crash?",
+    Choice(PAPER, ("l1",), (0.5, 0.8, 0.9), episodes=100_000),
+    cells,
+    tables,
+    words,
+    draw,
+    digest=digest,
+)
