@@ -13,8 +13,8 @@ from scipy.stats import binomtest
 from benchmarks.experiments import price, prices
 from ppg_env.evaluate import evaluate
 from ppg_env.gamefile import game_from_tables
-from ppg_env.montecarlo import crash_counts
 from ppg_env.plan import make_profile
+from ppg_env.risk.montecarlo import crash_counts
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 
 limits = st.floats(0.0, 1.0).flatmap(
