@@ -1,19 +1,19 @@
 r"""Probabilities with what can be promised about them.
 
-``proportion``   k of n independent episodes: Clopper-Pearson, exact whatever k is.
-``difference``   of two proportions of the same n episodes: only discordant episodes count, b of
-                 one kind and c of the other, and their limits are squared and added (MOVER; Zou
-                 & Donner, Statistics in Medicine 27, 2008):
+- ``proportion``: k of n independent episodes, Clopper-Pearson: exact whatever k is.
+- ``difference``: of two proportions of the same n episodes.  Only discordant episodes count, b of
+  one kind and c of the other, and their limits are squared and added (MOVER; Zou & Donner,
+  Statistics in Medicine 27, 2008), with Clopper-Pearson's [L, U] of either and -r their
+  multinomial correlation.  Those limits are wide for small counts, where normal ones fail: the
+  exact coverage, summed over all outcomes, stays above the stated one.
+- ``weighted``: the mean of independent y_k in [0, ceiling], by its standard error; what the
+  samples may have missed is bounded by the ceiling.
+- ``repeated``: the mean of a few independent, unbiased estimates, by their spread.
+
+The limits of a difference:
 
     low  = b/n - c/n - sqrt(x^2 + y^2 + 2 r x y),   x = b/n - L_b,  y = U_c - c/n
     high = b/n - c/n + sqrt(x^2 + y^2 + 2 r x y),   x = U_b - b/n,  y = c/n - L_c
-
-                 with Clopper-Pearson's [L, U] of either and -r their multinomial correlation.
-                 Those are wide for small counts, where normal intervals fail: the exact coverage,
-                 summed over all outcomes, stays above the stated one.
-``weighted``     the mean of independent y_k in [0, ceiling], by its standard error; what the
-                 samples may have missed is bounded by the ceiling.
-``repeated``     the mean of a few independent, unbiased estimates, by their spread.
 """
 
 from __future__ import annotations
