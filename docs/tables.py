@@ -2,7 +2,8 @@
 
 ``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each verb of
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` is what the stored results of a study
-say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.
+say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is the
+table of the paper's claims with the verdicts in FILE, and how it was made.
 """
 
 from __future__ import annotations
@@ -55,6 +56,20 @@ class StudyResults(SphinxDirective):
         return self.parse_text_to_nodes(told(name, path, part))
 
 
+class Claims(SphinxDirective):
+    """The paper's claims and their verdicts, as ``ppg reproduce --json`` has written them."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Build the table, and a list of definitions."""
+        from benchmarks.reproduction.told import told
+
+        path = Path(__file__).parent / self.arguments[0]
+        self.env.note_dependency(str(path))
+        return self.parse_text_to_nodes(told(path))
+
+
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:
     from benchmarks.experiments.markdown import markdown_table
 
@@ -89,4 +104,5 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("scenarios", Scenarios)
     app.add_directive("commands", Commands)
     app.add_directive("study", StudyResults)
+    app.add_directive("claims", Claims)
     return {"parallel_read_safe": True}
