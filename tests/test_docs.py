@@ -29,6 +29,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 
 SHORTER = {
+    "reproduce": "--settings l1:3 --scenarios parallel --lams 0.5 --episodes 500 --jobs 1",
     "train": "--steps 8192 --seeds 1 --jobs 1",
     "study": "--scenarios parallel --speeds l1 --lams 0.5 --episodes 1000 --jobs 1",
 }
