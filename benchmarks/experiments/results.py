@@ -19,6 +19,11 @@ FORMAT = "path-planning-games/results"
 DIGITS = 8
 """Significant ones that a digest keeps; the store has them all."""
 
+NEGLIGIBLE = 1e-6
+"""Crash probabilities below it are as good as it: an equilibrium that crashes once in 10^12
+episodes is not called riskier than an optimum that does so once in 10^15.
+"""
+
 Cell = TypeVar("Cell", bound=Hashable)
 Item = TypeVar("Item")
 Key = TypeVar("Key", bound=Hashable)
@@ -35,6 +40,12 @@ def chance(row: Row) -> str:
     """The crash probability of a sweep's row; its upper limit where no crash was seen."""
     value, high = row["crash_probability"], row["crash_probability_high"]
     return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
+
+
+def limits(row: Row) -> tuple[float, float]:
+    """The 95 % limits of a row's crash probability, those below :data:`NEGLIGIBLE` raised to it."""
+    low, high = row["crash_probability_low"], row["crash_probability_high"]
+    return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:

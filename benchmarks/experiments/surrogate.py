@@ -9,7 +9,8 @@ by the union bound that the objective ``risk`` minimises, sum of g(s) over pairs
 judge is Pr(anybody crashes), simulated.
 
     tau         Kendall's tau-b of a score and the crash probability, over plans that differ
-    told apart  pairs of plans whose 95 % limits of the crash probability are disjoint
+    told apart  pairs of plans whose 95 % limits of the crash probability are disjoint, limits below
+                1e-6 counted as 1e-6
     right, tied, wrong   such pairs of which the score prefers the safer plan, neither, the other
 
 A wrong pair is misordered beyond doubt.  Plans come from every player, objective, M' and lam;
@@ -29,7 +30,7 @@ import numpy as np
 
 from benchmarks import sweeps
 from benchmarks.experiments.prices import PLAYERS, missing
-from benchmarks.experiments.results import Row, chance, grouped
+from benchmarks.experiments.results import Row, chance, grouped, limits
 from benchmarks.experiments.study import OUT_OF_REACH, PAPER, Choice, Study, Table
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ class Pair:
     @property
     def least(self) -> float:
         """Lower limit of the ratio of the two crash probabilities."""
-        return float(self.riskier["crash_probability_low"] / self.safer["crash_probability_high"])
+        return limits(self.riskier)[0] / limits(self.safer)[1]
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ def games(rows: Sequence[Row]) -> list[Game]:
             Pair(safer, riskier)
             for one, other in combinations(plans, 2)
             for safer, riskier in ((one, other), (other, one))
-            if safer["crash_probability_high"] < riskier["crash_probability_low"]
+            if limits(safer)[1] < limits(riskier)[0]
         ]
         found.append(Game(name, plans, pairs))
     return found
