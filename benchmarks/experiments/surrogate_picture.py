@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.experiments.orders import Game, clearest
 from benchmarks.experiments.results import NEGLIGIBLE, Row, chance, limits
-from benchmarks.experiments.surrogate import CAPS, SCORES, Game, clearest, plan_name
+from benchmarks.experiments.surrogate import CAPS, SCORES, plan_name
 from benchmarks.pictures import new_figure
 from ppg_env.render import COLOURS
 
