@@ -2,7 +2,7 @@ r"""How scores order plans for one game, against the probability that anybody cr
 
     tau         Kendall's tau-b of a score and the crash probability, over plans that differ
     told apart  pairs of plans whose 95 % limits of the crash probability are disjoint, limits below
-                1e-6 counted as 1e-6
+                1e-4 counted as 1e-4
     right, tied, wrong   such pairs of which the score prefers the safer plan, neither, the other
 
 A wrong pair is misordered beyond doubt.  A plan is a row with its ``scores``, of which lower ones

@@ -27,7 +27,7 @@ STYLES = {
 SHIFT = 0.008
 """Of neighbouring marks along lam, so that they do not hide each other."""
 
-RANGE = (1e-3, 1e6)
+RANGE = (1e-3, 1e4)
 """Of risk ratios that are drawn."""
 
 

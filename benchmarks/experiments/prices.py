@@ -7,8 +7,8 @@ r"""An equilibrium beside the social optimum of the same game: what selfishness 
 
 With the 95 % limits [l, h] of the two probabilities the risk ratio is within
 [l_eq / h_opt, h_eq / l_opt].  One of the two is called riskier *beyond doubt* if their limits are
-disjoint, which is when that range does not contain 1.  Probabilities and limits below 1e-6 count as
-1e-6 in all this.
+disjoint, which is when that range does not contain 1.  Probabilities and limits below 1e-4 count as
+1e-4 in all this.
 """
 
 from __future__ import annotations
