@@ -27,7 +27,7 @@ STYLES = {
 SHIFT = 0.008
 """Of neighbouring marks along lam, so that they do not hide each other."""
 
-RANGE = (1e-3, 1e4)
+RANGE = (3e-4, 3e4)
 """Of risk ratios that are drawn."""
 
 

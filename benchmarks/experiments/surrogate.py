@@ -169,10 +169,9 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
         if not pairs or not taus:
             continue
         yield (
-            f"{score}: of these pairs {counts['right'] / pairs:.0%} right, "
-            f"{counts['tied'] / pairs:.0%} tied, {counts['wrong'] / pairs:.0%} wrong "
-            f"({counts['wrong']}); tau {min(taus):.2f} to {max(taus):.2f}, median "
-            f"{np.median(taus):.2f} of {len(taus)} games."
+            f"{score}: of these pairs {counts['right']} right, {counts['tied']} tied, "
+            f"{counts['wrong']} wrong ({counts['wrong'] / pairs:.1%}); tau {min(taus):.2f} to "
+            f"{max(taus):.2f}, median {np.median(taus):.2f} of {len(taus)} games."
         )
     for k, score in enumerate(SCORES):
         best = clearest(found, k)

@@ -77,7 +77,7 @@ def test_the_clearest_example_is_the_wrong_pair_furthest_apart():
     assert (pair.safer["scores"][0], pair.riskier["scores"][0]) == (3.0, 1.0)
     assert pair.least == pytest.approx(100)
     said = " ".join(surrogate.words(rows))
-    assert "of these pairs 50% right, 0% tied, 50% wrong (3)" in said
+    assert "of these pairs 3 right, 0 tied, 3 wrong (50.0%)" in said
     assert "at least 100 times less often" in said
     in_order = games([plan(1.0, 0.1), plan(2.0, 0.2)])
     assert clearest(in_order, 0) is None
