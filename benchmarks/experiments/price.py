@@ -29,7 +29,7 @@ from benchmarks.experiments.prices import (
     summary,
     verdict,
 )
-from benchmarks.experiments.results import Row, chance, grouped
+from benchmarks.experiments.results import NEGLIGIBLE, Row, chance, grouped
 from benchmarks.experiments.study import PAPER, Choice, Study, Table
 from benchmarks.sweeps import Cell
 
@@ -89,8 +89,9 @@ def tables(rows: Sequence[Row]) -> Iterator[Table]:
         "All games in which the risks differ beyond doubt",
         DOUBTLESS,
         lines,
-        "Crash: Pr(anybody crashes), from simulation. At least: lower limit of the risk ratio. "
-        "Bound ratio: of the union bounds.",
+        "Crash: Pr(anybody crashes); in risk ratios those below "
+        f"{NEGLIGIBLE:g} count as it. At least: lower limit of the risk ratio. Bound ratio: of the "
+        "union bounds.",
         texts=4,
     )
 
@@ -112,8 +113,8 @@ def _line(name: str, one: Price) -> tuple[str, ...]:
         f"{one.cost:.3f}",
         chance(one.selfish),
         chance(one.social),
-        one.told_risk(),
-        f"{one.least:.2g}",
+        f"{one.risk:.3g}",
+        f"{one.least:.3g}",
         "-" if one.bound is None else f"{one.bound:.3g}",
     )
 
@@ -128,7 +129,7 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
         worst, dearest = riskiest(found), max(found, key=lambda one: one.cost)
         if worst.riskier:
             yield (
-                f"{name}, riskiest: risk ratio {worst.told_risk()} (at least {worst.least:.2g}) at "
+                f"{name}, riskiest: risk ratio {worst.risk:.3g} (at least {worst.least:.3g}) at "
                 f"a cost ratio of {worst.cost:.3f}, in {_named(worst)}."
             )
         yield f"{name}, dearest: cost ratio {dearest.cost:.3f}, in {_named(dearest)}."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +27,7 @@ STYLES = {
 SHIFT = 0.008
 """Of neighbouring marks along lam, so that they do not hide each other."""
 
-RANGE = (1e-3, 1e6)
+RANGE = (3e-4, 3e4)
 """Of risk ratios that are drawn."""
 
 
@@ -80,15 +79,8 @@ def frame(cost: Axes, risk: Axes, objective: str) -> None:
 
 
 def draw_risk(axes: Axes, place: float, price: Price, style: dict[str, Any]) -> None:
-    """The ratio, if it was counted, and its limits, to the edge where one is open.
-
-    Pale where the two risks are not told apart, and nothing where neither was seen to crash.
-    """
-    low, high = price.least, price.most
-    if not low and high == inf:
-        return
+    """The ratio with its limits; pale where the two risks are not told apart."""
     pale = {"alpha": 1.0 if price.riskier or price.safer else 0.25}
     bar = style | pale | {"marker": "", "linestyle": "-"}
-    axes.plot([place, place], np.clip([low, high], *RANGE), **bar)
-    if price.risk is not None:
-        axes.plot(place, price.risk, **style | pale)
+    axes.plot([place, place], np.clip([price.least, price.most], *RANGE), **bar)
+    axes.plot(place, price.risk, **style | pale)

@@ -2,22 +2,22 @@ r"""An equilibrium beside the social optimum of the same game: what selfishness 
 
     cost ratio   sum of shifted costs of the equilibrium over that of the optimum; finite, since
                  shifted costs are positive where lam > 0, and >= 1 where the optimum is proved
-    risk ratio   Pr(anybody crashes) of the equilibrium over that of the optimum, from simulation
+    risk ratio   Pr(anybody crashes) of the equilibrium over that of the optimum
     bound ratio  the same of the union bounds
 
 With the 95 % limits [l, h] of the two probabilities the risk ratio is within
 [l_eq / h_opt, h_eq / l_opt].  One of the two is called riskier *beyond doubt* if their limits are
-disjoint, which is when that range does not contain 1.
+disjoint, which is when that range does not contain 1.  Probabilities and limits below 1e-4 count as
+1e-4 in all this.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
 
 from benchmarks import sweeps
-from benchmarks.experiments.results import Row
+from benchmarks.experiments.results import NEGLIGIBLE, Row, limits
 
 EQUILIBRIA = ("nash", "potential")
 OPTIMUM = "social"
@@ -56,21 +56,22 @@ class Price:
         return abs(self.cost - 1) <= SAME
 
     @property
-    def risk(self) -> float | None:
-        """Risk ratio as counted; None if one of the two was never seen to crash."""
-        above, below = (row["crash_probability"] for row in (self.selfish, self.social))
-        return above / below if above and below else None
+    def risk(self) -> float:
+        """Risk ratio."""
+        above, below = (
+            max(row["crash_probability"], NEGLIGIBLE) for row in (self.selfish, self.social)
+        )
+        return float(above / below)
 
     @property
     def least(self) -> float:
         """Lower limit of the risk ratio."""
-        return float(self.selfish["crash_probability_low"] / self.social["crash_probability_high"])
+        return limits(self.selfish)[0] / limits(self.social)[1]
 
     @property
     def most(self) -> float:
-        """Upper limit of the risk ratio; infinite if the optimum was never seen to crash."""
-        low = self.social["crash_probability_low"]
-        return float(self.selfish["crash_probability_high"] / low) if low else inf
+        """Upper limit of the risk ratio."""
+        return limits(self.selfish)[1] / limits(self.social)[0]
 
     @property
     def riskier(self) -> bool:
@@ -87,14 +88,6 @@ class Price:
         """Bound ratio; None where margins are on the paper's scale, whose sum is no bound."""
         above, below = (row.get("risk_bound_any") for row in (self.selfish, self.social))
         return above / below if above is not None and below else None
-
-    def told_risk(self) -> str:
-        """The risk ratio as counted, or its limit if one of the two was never seen to crash."""
-        if self.risk is not None:
-            return f"{self.risk:.3g}"
-        if self.least:
-            return f"> {self.least:.2g}"
-        return f"< {self.most:.2g}" if self.most < inf else "?"
 
 
 def prices(rows: Iterable[Row], player: str, axes: Sequence[str]) -> list[Price]:
@@ -126,7 +119,7 @@ def sides(chosen: Sequence[Price]) -> str:
 
 def riskiest(chosen: Sequence[Price]) -> Price:
     """The price whose risk ratio has the highest lower limit."""
-    return max(chosen, key=lambda one: (one.least, one.risk or 0.0))
+    return max(chosen, key=lambda one: one.least)
 
 
 SUMMARY = tuple(
@@ -149,7 +142,7 @@ def summary(chosen: Mapping[str, Sequence[Price]]) -> tuple[str, ...]:
             told += ["-", "-", "-"]
             continue
         worst = riskiest(some)
-        told += [costs(some), sides(some), worst.told_risk() if worst.riskier else "-"]
+        told += [costs(some), sides(some), f"{worst.risk:.3g}" if worst.riskier else "-"]
     return tuple(told)
 
 

@@ -19,6 +19,12 @@ FORMAT = "path-planning-games/results"
 DIGITS = 8
 """Significant ones that a digest keeps; the store has them all."""
 
+NEGLIGIBLE = 1e-4
+"""Crash probabilities below it count as it where plans are compared.  With the default cost of a
+crash it is worth a hundredth of a step; and plans whose margins are all at the paper's cap, between
+which the paper's objective is indifferent, crash about as often.
+"""
+
 Cell = TypeVar("Cell", bound=Hashable)
 Item = TypeVar("Item")
 Key = TypeVar("Key", bound=Hashable)
@@ -35,6 +41,12 @@ def chance(row: Row) -> str:
     """The crash probability of a sweep's row; its upper limit where no crash was seen."""
     value, high = row["crash_probability"], row["crash_probability_high"]
     return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
+
+
+def limits(row: Row) -> tuple[float, float]:
+    """The 95 % limits of a row's crash probability, those below :data:`NEGLIGIBLE` raised to it."""
+    low, high = row["crash_probability_low"], row["crash_probability_high"]
+    return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:

@@ -8,12 +8,8 @@ All plans for one game (a scenario, a speed set, a gain) are judged by it, at se
 by the union bound that the objective ``risk`` minimises, sum of g(s) over pairs and times.  The
 judge is Pr(anybody crashes), simulated.
 
-    tau         Kendall's tau-b of a score and the crash probability, over plans that differ
-    told apart  pairs of plans whose 95 % limits of the crash probability are disjoint
-    right, tied, wrong   such pairs of which the score prefers the safer plan, neither, the other
-
-A wrong pair is misordered beyond doubt.  Plans come from every player, objective, M' and lam;
-straight flight is one where it is free of overlap.
+Plans come from every player, objective, M' and lam; straight flight is one where it is free of
+overlap.  How scores are held against the judge is told in :mod:`benchmarks.experiments.orders`.
 """
 
 from __future__ import annotations
@@ -21,15 +17,16 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations, product
+from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks import sweeps
+from benchmarks.experiments.orders import ORDERS, Game, Pair, clearest, games
 from benchmarks.experiments.prices import PLAYERS, missing
-from benchmarks.experiments.results import Row, chance, grouped
+from benchmarks.experiments.results import Row, chance
 from benchmarks.experiments.study import OUT_OF_REACH, PAPER, Choice, Study, Table
 
 if TYPE_CHECKING:
@@ -48,10 +45,6 @@ CAPS = (3.0, 5.0, 8.0)
 """M' of the deficits by which all plans are judged."""
 
 SCORES = (*(f"deficit, M' = {cap:g}" for cap in CAPS), "union bound")
-ORDERS = ("right", "tied", "wrong")
-
-TIE = 0.01
-"""Scores closer than this share of the larger one count as tied: nobody would choose by them."""
 
 
 def cells(choice: Choice) -> list[sweeps.Cell]:
@@ -95,78 +88,6 @@ def digest(row: sweeps.Row) -> Row:
     }
 
 
-@dataclass(frozen=True)
-class Pair:
-    """Two plans for one game, of which the first is the safer one beyond doubt."""
-
-    safer: Row
-    riskier: Row
-
-    def order(self, score: int) -> str:
-        """Whether a score, by its number, has the pair ``right``, ``tied`` or ``wrong``."""
-        good, bad = self.safer["scores"][score], self.riskier["scores"][score]
-        if abs(good - bad) <= TIE * max(good, bad):
-            return "tied"
-        return "right" if good < bad else "wrong"
-
-    @property
-    def least(self) -> float:
-        """Lower limit of the ratio of the two crash probabilities."""
-        return float(self.riskier["crash_probability_low"] / self.safer["crash_probability_high"])
-
-
-@dataclass(frozen=True)
-class Game:
-    """The plans for one game that differ, and the pairs of them that are told apart."""
-
-    name: str
-    plans: Sequence[Row]
-    pairs: Sequence[Pair]
-
-    def tau(self, score: int) -> float:
-        """Kendall's tau-b of a score and the crash probability; nan if all crash alike."""
-        from scipy.stats import kendalltau
-
-        scores = [plan["scores"][score] for plan in self.plans]
-        return float(kendalltau(scores, [plan["crash_probability"] for plan in self.plans])[0])
-
-    def counts(self, score: int) -> dict[str, int]:
-        """Pairs that are right, tied and wrong."""
-        found = [pair.order(score) for pair in self.pairs]
-        return {order: found.count(order) for order in ORDERS}
-
-
-def games(rows: Sequence[Row]) -> list[Game]:
-    """Games, each with its plans; of plans that are the same, the first stands for all.
-
-    Left out are plans whose means overlap, such as most straight flights: no planner may choose
-    them.
-    """
-    found = []
-    known = [row for row in rows if "reason" not in row and min(row["margins"]) >= 0]
-    for name, mine in grouped(known, _game_name).items():
-        plans = list({row["plan"]: row for row in reversed(mine)}.values())[::-1]
-        pairs = [
-            Pair(safer, riskier)
-            for one, other in combinations(plans, 2)
-            for safer, riskier in ((one, other), (other, one))
-            if safer["crash_probability_high"] < riskier["crash_probability_low"]
-        ]
-        found.append(Game(name, plans, pairs))
-    return found
-
-
-def _game_name(row: Row) -> str:
-    return f"{row['scenario']}, {row['speed']}, gain {row['gain']:g}"
-
-
-def clearest(found: Sequence[Game], score: int) -> tuple[Game, Pair] | None:
-    """The wrong pair whose crash probabilities are furthest apart, and its game."""
-    wrong = [(game, pair) for game in found for pair in game.pairs if pair.order(score) == "wrong"]
-    return max(wrong, key=lambda one: one[1].least, default=None)
-
-
-SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
 SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
 COLUMNS = (
     "game",
@@ -248,10 +169,9 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
         if not pairs or not taus:
             continue
         yield (
-            f"{score}: of these pairs {counts['right'] / pairs:.0%} right, "
-            f"{counts['tied'] / pairs:.0%} tied, {counts['wrong'] / pairs:.0%} wrong "
-            f"({counts['wrong']}); tau {min(taus):.2f} to {max(taus):.2f}, median "
-            f"{np.median(taus):.2f} of {len(taus)} games."
+            f"{score}: of these pairs {counts['right']} right, {counts['tied']} tied, "
+            f"{counts['wrong']} wrong ({counts['wrong'] / pairs:.1%}); tau {min(taus):.2f} to "
+            f"{max(taus):.2f}, median {np.median(taus):.2f} of {len(taus)} games."
         )
     for k, score in enumerate(SCORES):
         best = clearest(found, k)

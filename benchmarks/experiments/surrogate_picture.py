@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.experiments.results import Row, chance
-from benchmarks.experiments.surrogate import CAPS, SCORES, Game, clearest, plan_name
+from benchmarks.experiments.orders import Game, clearest
+from benchmarks.experiments.results import NEGLIGIBLE, Row, chance, limits
+from benchmarks.experiments.surrogate import CAPS, SCORES, plan_name
 from benchmarks.pictures import new_figure
 from ppg_env.render import COLOURS
 
@@ -48,23 +49,23 @@ def draw_scores(found: Sequence[Game]) -> Figure:
 
 
 def _scatter(axes: Axes, game: Game, score: int) -> None:
-    """Plans with their 95 % limits; those never seen to crash hang from their upper limit."""
+    """Plans with their 95 % limits; hollow at the bottom those whose risk is negligible."""
     for plan in game.plans:
         colour, marker = STYLES[plan["player"]]
-        value, low, high = _limits(plan)
-        place = plan["scores"][score]
-        axes.plot([place, place], [low or high / 10, high], "-", color=colour, linewidth=0.7)
-        seen = {"label": plan["player"]} if value else {"markerfacecolor": "none"}
-        axes.plot(place, value or high, marker, color=colour, markersize=4, linestyle="", **seen)
+        place, shown = plan["scores"][score], _shown(plan)
+        axes.plot([place, place], limits(plan), "-", color=colour, linewidth=0.7)
+        seen = shown > NEGLIGIBLE
+        fill = {"label": plan["player"]} if seen else {"markerfacecolor": "none"}
+        axes.plot(place, shown, marker, color=colour, markersize=4, linestyle="", **fill)
     best = clearest([game], score)
     if best is not None:
         ends = (best[1].safer, best[1].riskier)
         axes.plot(
-            [one["scores"][score] for one in ends],
-            [_limits(one)[0] or _limits(one)[2] for one in ends],
+            [one["scores"][score] for one in ends], [_shown(one) for one in ends],
             ":", color="black", linewidth=1.2, label="clearest misordered pair",
         )  # fmt: skip
     axes.set_yscale("log")
+    axes.set_ylim(NEGLIGIBLE / 3, 2.0)
     if score == SHOWN[-1]:
         axes.set_xscale("log")
     axes.set_xlabel(SCORES[score], fontsize=8)
@@ -72,9 +73,8 @@ def _scatter(axes: Axes, game: Game, score: int) -> None:
     axes.grid(alpha=0.3)
 
 
-def _limits(plan: Row) -> tuple[float, float, float]:
-    value, low, high = (float(plan[f"crash_probability{end}"]) for end in ("", "_low", "_high"))
-    return value, low, high
+def _shown(plan: Row) -> float:
+    return float(max(plan["crash_probability"], NEGLIGIBLE))
 
 
 def _example(axes: Axes, found: Sequence[Game]) -> None:

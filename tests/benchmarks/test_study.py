@@ -133,7 +133,7 @@ def test_files_of_something_else_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["magic"], "learned or tightness"),
+        (["magic"], "learned or tightness or price"),
         (["tightness", "--speeds", "warp"], "disc"),
         (["learned", "--scenarios", "here"], "head_on"),
         (["learned", "--speeds", "fast"], "disc"),
