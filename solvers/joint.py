@@ -140,6 +140,8 @@ def _approach(
     share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
     bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
     profile = descent(game, charge, ENGINE, clock, seed, lambda value: tell("value", value))
+    if profile is None and clock.out:
+        return Found(Status.TIME_LIMIT, bound)
     if profile is None:
         return minimise(game, range(len(game.agents)), weights, None, ENGINE, clock, tell)
     evaluation = evaluate(game, profile)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ppg_env.montecarlo import crash_counts
 from scipy.stats import binomtest
 
 from benchmarks.comparison import FEW
