@@ -31,6 +31,7 @@ from ppg_env.records import frozen_array
 from ppg_env.risk.estimates import Interval
 from ppg_env.rules import Rules
 from solvers.clock import Clock
+from solvers.liability import make_rule
 from solvers.response import respond
 
 SELECTION, JUDGEMENT = 0, 1
@@ -138,7 +139,7 @@ def _planned(
 ) -> Player | None:
     """The best response to the others' mean paths, in the money of the environment."""
     priced = override_game(game, objective="risk")
-    found = respond(priced, agent, mean, "selfish", solver, Clock(time_limit))
+    found = respond(make_rule(priced, "selfish"), agent, mean, solver, Clock(time_limit))
     return None if found.profile is None else Tracker(game, agent, found.profile[agent])
 
 

@@ -29,6 +29,14 @@ TimeLimitOption = Annotated[
     float | None,
     typer.Option("--time-limit", min=0.0, metavar="S", help="Seconds for each solution."),
 ]
+ChargeOption = Annotated[
+    str,
+    typer.Option(
+        "--charge",
+        metavar="selfish|pigou|partial:A|right-of-way",
+        help="Who pays which share of a pair's losses, in nash and best responses.",
+    ),
+]
 WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads; results do not depend on them.")
 ]

@@ -27,6 +27,7 @@ class Limits:
     seed : of everything random.
     node_limit : linear programs of ``potential`` and ``social``; None is no limit.
     start, order : first profile and order of moves of ``nash``; None is the planner's own choice.
+    charge : rule of liability of ``nash``, see :mod:`solvers.liability`.
     """
 
     solver: str = "ENGINE"
@@ -35,6 +36,7 @@ class Limits:
     node_limit: int | None = None
     start: str | None = None
     order: str | tuple[int, ...] = "cyclic"
+    charge: str = "selfish"
 
 
 def nash(game: Game, limits: Limits) -> Solution:
@@ -45,6 +47,7 @@ def nash(game: Game, limits: Limits) -> Solution:
         game,
         start=limits.start,
         order=limits.order,
+        charge=limits.charge,
         solver=limits.solver,
         time_limit=limits.time_limit,
         seed=limits.seed,

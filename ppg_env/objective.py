@@ -12,9 +12,10 @@ and everybody's objective is a weighted sum of arrivals and losses,
 e running over ``game.encounters``.  Only the weights differ:
 
     selfish i   tau_i = lam_i            omega_e = 1 - lam_i          for the encounters of i
-    pigou i     tau_i = lam_i            omega_e = sum of 1 - lam_j   over the agents j of e
     social      tau_i = lam_i            omega_e = sum of 1 - lam_j   over the agents j of e
     potential   tau_i = lam_i/(1-lam_i)  omega_e = 1
+
+Other rules of who pays for an encounter are in :mod:`solvers.liability`.
 """
 
 from __future__ import annotations
@@ -75,13 +76,6 @@ def selfish(game: Game, agent: int) -> Weights:
     own = np.array([agent in e.agents for e in game.encounters], dtype=bool)
     mine = np.arange(len(game.agents)) == agent
     return Weights(_lams(game) * mine, (1 - game.agents[agent].lam) * own)
-
-
-def pigou(game: Game, agent: int) -> Weights:
-    """Agent's cost when it also pays for the harm it does: safety counted on both sides."""
-    own = np.array([agent in e.agents for e in game.encounters], dtype=bool)
-    mine = np.arange(len(game.agents)) == agent
-    return Weights(_lams(game) * mine, _care(game) * own)
 
 
 def social(game: Game) -> Weights:

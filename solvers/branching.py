@@ -211,7 +211,7 @@ class Tree:
         margins = faces.margins(point)
         best = np.minimum(np.maximum.reduceat(margins, faces.first), faces.caps)
         losses = objective.loss(program.game, np.maximum(best, 0.0)) - point[faces.losses]
-        gaps = faces.weights * np.where(best >= 0, losses, INF)
+        gaps = np.where(best >= 0, faces.weights * losses, INF)
         gaps[self._lp.on] = 0.0
         error = float(np.maximum(gaps, 0.0).sum())
         if value + error < self.upper:

@@ -19,8 +19,9 @@ from ppg_env.game import Game
 from ppg_env.plan import Profile
 from solvers.clock import Clock
 from solvers.found import Found
+from solvers.liability import make_rule
 from solvers.minimise import ENGINE, check_solver
-from solvers.response import CHARGES, check_charge, respond
+from solvers.response import respond
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,8 @@ class Certificate:
 
     Attributes
     ----------
-    cost : (N,) shifted cost J_i of the profile (with the harm to others, if so charged).
-    bound : (N,) proved lower bound on what J_i could be by own choice.
+    cost : (N,) what each agent pays in the profile: its shifted cost J_i, if selfish.
+    bound : (N,) proved lower bound on what that could be by own choice.
     regret : (N,) cost - bound, never negative.
     """
 
@@ -58,12 +59,14 @@ def certify(
 ) -> Certificate:
     """Bound every agent's regret in ``profile``; ``time_limit`` (seconds) is for all together.
 
+    Regret is about what agents pay under the rule ``charge`` (:mod:`solvers.liability`).
+
     Raises
     ------
     InputError
         If the evaluator does not accept the profile, or an option does not exist.
     """
-    check_charge(charge)
+    rule = make_rule(game, charge)
     solver, clock = check_solver(solver), Clock(time_limit)
     evaluation = evaluate(game, profile)
     complaints = evaluation.complaints()
@@ -75,10 +78,9 @@ def certify(
         )
     costs, bounds = [], []
     for i in range(len(game.agents)):
-        costs.append(evaluation.weighted(CHARGES[charge](game, i)))
-        bounds.append(
-            proved_bound(game, i, costs[-1], respond(game, i, profile, charge, solver, clock))
-        )
+        costs.append(evaluation.weighted(rule.weights(i)))
+        found = respond(rule, i, profile, solver, clock)
+        bounds.append(proved_bound(game, i, costs[-1], found))
     return Certificate(np.array(costs), np.array(bounds))
 
 

@@ -2,7 +2,8 @@ r"""Best-response dynamics: one agent at a time plans anew until nobody gains.
 
 With the exact potential Phi, every accepted update lowers Phi by at least
 ``tolerance / (1 - lam_i)``, so updates in turn end at an equilibrium; simultaneous updates may
-cycle, which is detected.
+cycle, which is detected.  Other rules of liability have other potentials, or none
+(:mod:`solvers.liability`): right of way ends in turn all the same, and the rest may cycle.
 
 Proofs are dear and early ones are soon out of date, so responses begin with little effort, and
 more is spent once nobody gains by it.  A proof stays valid while only such plans change as the
@@ -16,7 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
 from ppg_env.evaluate import evaluate
@@ -27,9 +27,10 @@ from solvers.certificate import proved_bound
 from solvers.clock import Clock
 from solvers.fixed import matters
 from solvers.found import Found
+from solvers.liability import Liability, make_rule
 from solvers.minimise import ENGINE, check_solver
 from solvers.polish import polish
-from solvers.response import CHARGES, check_charge, explain, respond
+from solvers.response import explain, respond
 from solvers.solution import ADVICE, Solution, Status, Update
 
 STARTS = ("straight", "sequential")
@@ -65,13 +66,16 @@ def best_response_dynamics(
     start
         ``straight`` (everybody heads for its goal as if alone), ``sequential`` (each joins those
         before it in the order), or a profile; unless given, straight up to five agents and
-        sequential beyond, where straight lines all cross at once.
+        sequential beyond, where straight lines all cross at once, and with right of way, where
+        nobody is to be held up by an agent that yields.
     order
-        ``cyclic``, ``random`` (a new permutation each sweep, from ``seed``), ``simultaneous``
-        (all respond to the same profile), or a permutation of the agents.
+        ``cyclic`` (the game's order, or that of priority), ``random`` (a new permutation each
+        sweep, from ``seed``), ``simultaneous`` (all respond to the same profile), or a permutation
+        of the agents.
     charge
-        ``selfish``; or ``pigou``, where everybody also pays for the harm done to others, so that
-        every update lowers the social cost.  Regret is about what they pay.
+        The rule of liability (:mod:`solvers.liability`): ``selfish``, ``partial:0.5``, ``pigou``,
+        under which every update lowers the social cost, or ``right-of-way``.  Regret is about what
+        agents pay.
     tolerance
         An agent keeps its plan unless it gains more than this.
     max_sweeps, time_limit
@@ -86,9 +90,9 @@ def best_response_dynamics(
         ``regret`` is certified by the last responses' bounds; ``trace`` has every update.
     """
     check_order(game, order)
-    check_charge(charge)
+    rule = make_rule(game, charge)
     return _Dynamics(
-        game, order, charge, tolerance, check_solver(solver), Clock(time_limit), seed, progress
+        rule, order, tolerance, check_solver(solver), Clock(time_limit), seed, progress
     ).run(start, max_sweeps)
 
 
@@ -97,24 +101,23 @@ class _Dynamics:
 
     def __init__(
         self,
-        game: Game,
+        rule: Liability,
         order: str | Sequence[int],
-        charge: str,
         tolerance: float,
         solver: str,
         clock: Clock,
         seed: int,
         progress: Callable[[Update], None] | None,
     ) -> None:
-        self.game, self.order, self.charge, self.tolerance = game, order, charge, tolerance
+        self.rule, self.game, self.order, self.tolerance = rule, rule.game, order, tolerance
         self.solver, self.clock, self.progress = solver, clock, progress
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
-        self.costs = np.full(len(game.agents), np.inf)
-        self.bounds = np.full(len(game.agents), -np.inf)
+        self.costs = np.full(len(self.game.agents), np.inf)
+        self.bounds = np.full(len(self.game.agents), -np.inf)
 
     def run(self, start: str | Profile | None, max_sweeps: int) -> Solution:
-        profile, pending = _start(self.game, start)
+        profile, pending = _start(self.rule, start)
         seen = {profile}
         status = Status.LIMIT
         effort: int | None = FIRST_EFFORT
@@ -146,10 +149,10 @@ class _Dynamics:
 
     def _polished(self, profile: Profile) -> Profile:
         """Slow steps in one direction taken at once; they lower the potential as responses do."""
-        if not evaluate(self.game, profile).feasible:
+        falling = self.rule.potential
+        if falling is None or not evaluate(self.game, profile).feasible:
             return profile
-        falling = {"selfish": objective.potential, "pigou": objective.social}[self.charge]
-        after = polish(self.game, profile, falling(self.game), self.clock)
+        after = polish(self.game, profile, falling, self.clock)
         for j, plan in enumerate(after):
             if plan is not profile[j] and plan != profile[j]:
                 self.bounds[j] = -np.inf
@@ -160,7 +163,7 @@ class _Dynamics:
         """A response to ``effort`` linear programs; more if it takes as many to find a plan."""
         while True:
             share = self.clock.share(effort)
-            found = respond(self.game, i, profile, self.charge, self.solver, share)
+            found = respond(self.rule, i, profile, self.solver, share)
             self.clock.take(share)
             if found.status is not Status.TIME_LIMIT or effort is None or self.clock.out:
                 return found
@@ -190,7 +193,7 @@ class _Dynamics:
 
     def _turns(self) -> list[tuple[int, ...]]:
         """Who moves together, in turn: singletons, or everybody at once."""
-        everybody = range(len(self.game.agents))
+        everybody = self.rule.priority or range(len(self.game.agents))
         if self.order == "simultaneous":
             return [tuple(everybody)]
         if self.order == "cyclic":
@@ -209,7 +212,7 @@ class _Dynamics:
         plans, costs = list(profile), dict[int, tuple[float, float]]()
         for i, answer in found.items():
             usable = i not in pending and not now.complaints((i,))
-            before = now.weighted(CHARGES[self.charge](self.game, i)) if usable else float("inf")
+            before = now.weighted(self.rule.weights(i)) if usable else float("inf")
             gains = before - answer.value > self.tolerance
             if gains:
                 assert answer.profile is not None
@@ -225,7 +228,9 @@ class _Dynamics:
             if plans[i] is not profile[i]:
                 self._forget(i, profile[i], plans[i])
         whole = judged.feasible and not pending - set(found)
-        potential = judged.potential if whole else float("inf")
+        falling = self.rule.potential
+        potential = float("nan") if falling is None else judged.weighted(falling)
+        potential = potential if whole else float("inf")
         for i, (cost_before, cost_after) in costs.items():
             self.trace.append(Update(sweep, i, cost_before, cost_after, potential))
             if self.progress is not None:
@@ -257,7 +262,7 @@ class _Dynamics:
         solution = self._finished(profile, Status.EQUILIBRIUM)
         if solution.evaluation is None:
             return solution
-        charges = [CHARGES[self.charge](self.game, i) for i in range(len(profile))]
+        charges = [self.rule.weights(i) for i in range(len(profile))]
         costs = np.array([solution.evaluation.weighted(weights) for weights in charges])
         regret = np.maximum(costs - self.bounds, 0.0)
         if regret.max() > tol.EQUILIBRIUM:
@@ -279,10 +284,12 @@ class _Dynamics:
         )
 
 
-def _start(game: Game, start: str | Profile | None) -> tuple[Profile, set[int]]:
+def _start(rule: Liability, start: str | Profile | None) -> tuple[Profile, set[int]]:
     """The first profile, and the agents in it that have no plan yet and are out of the way."""
+    game = rule.game
     if start is None:
-        start = "straight" if len(game.agents) <= FEW else "sequential"
+        crowd = len(game.agents) > FEW or rule.priority is not None
+        start = "sequential" if crowd else "straight"
     if not isinstance(start, str):
         require(
             len(start) == len(game.agents),

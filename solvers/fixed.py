@@ -218,11 +218,10 @@ class FixedProgram:
         self.moments: list[Moment] = []
         for i, end in self.arrivals.items():
             self._move(i, end)
-        for one in meetings:
+        for one in meetings:  # also those that cost the movers nothing: bodies must not overlap
             weight = float(task.weights.encounter[one.index])
-            if weight > 0:
-                self.settled[one.index] = weight * one.settled
-                self._meet(one, weight)
+            self.settled[one.index] = weight * one.settled
+            self._meet(one, weight)
 
     def _columns(self, shape: Any, low: Any = -INF, high: Any = INF, cost: float = 0.0) -> Any:
         count, first = int(np.prod(shape)), len(self._low)

@@ -13,16 +13,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from ppg_env import objective
 from ppg_env import tolerances as tol
 from ppg_env.dynamics import earliest_arrival
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
+from ppg_env.objective import Weights
 from solvers.bounds import pair_bound
 from solvers.certificate import certify
 from solvers.clock import Clock
 from solvers.found import Found
 from solvers.minimise import ENGINE, check_solver, minimise
-from solvers.neighbourhood import FALLING, descent
+from solvers.neighbourhood import descent
 from solvers.response import explain
 from solvers.solution import Solution, Status
 
@@ -64,7 +66,8 @@ def social_optimum(
         Called with every better value and bound.
     """
     clock = Clock(time_limit, node_limit)
-    return _joint(game, "social", "social_cost", "pigou", solver, clock, seed, progress)
+    weights = objective.social(game)
+    return _joint(game, "social", "social_cost", weights, "pigou", solver, clock, seed, progress)
 
 
 def potential_equilibrium(
@@ -83,7 +86,10 @@ def potential_equilibrium(
     returned.  Parameters as for :func:`social_optimum`.
     """
     clock = Clock(time_limit, node_limit)
-    solution = _joint(game, "potential", "potential", "selfish", solver, clock, seed, progress)
+    weights = objective.potential(game)
+    solution = _joint(
+        game, "potential", "potential", weights, "selfish", solver, clock, seed, progress
+    )
     if solution.profile is None:
         return solution
     proof = certify(game, solution.profile, solver=solver, time_limit=clock.left)
@@ -94,6 +100,7 @@ def _joint(
     game: Game,
     name: str,
     minimised: str,
+    weights: Weights,
     charge: str,
     solver: str,
     clock: Clock,
@@ -103,9 +110,9 @@ def _joint(
     solver, everybody = check_solver(solver), range(len(game.agents))
     tell = progress or (lambda what, value: None)
     if len(game.agents) > MOST_EXACT and solver == ENGINE:
-        found = _approach(game, charge, clock, seed, tell)
+        found = _approach(game, weights, charge, clock, seed, tell)
     else:
-        found = minimise(game, everybody, FALLING[charge](game), None, solver, clock, tell)
+        found = minimise(game, everybody, weights, None, solver, clock, tell)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,
@@ -121,17 +128,20 @@ def _joint(
     )
 
 
-def _approach(game: Game, charge: str, clock: Clock, seed: int, tell: Progress) -> Found:
+def _approach(
+    game: Game, weights: Weights, charge: str, clock: Clock, seed: int, tell: Progress
+) -> Found:
     """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
 
     Where that finds no plan at all, the exact search has the rest of the time.
     """
     if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
         return Found(Status.UNREACHABLE, float("inf"))
-    weights = FALLING[charge](game)
     share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
     bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
     profile = descent(game, charge, ENGINE, clock, seed, lambda value: tell("value", value))
+    if profile is None and clock.out:
+        return Found(Status.TIME_LIMIT, bound)
     if profile is None:
         return minimise(game, range(len(game.agents)), weights, None, ENGINE, clock, tell)
     evaluation = evaluate(game, profile)

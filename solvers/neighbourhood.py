@@ -15,7 +15,6 @@ from itertools import combinations
 
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
 from ppg_env.dynamics import earliest_arrival
 from ppg_env.evaluate import evaluate
@@ -24,12 +23,10 @@ from ppg_env.plan import Profile
 from solvers.clock import Clock
 from solvers.dynamics import absent, best_response_dynamics
 from solvers.fixed import INF
+from solvers.liability import make_rule
 from solvers.minimise import minimise
 from solvers.polish import polish
 from solvers.response import respond
-
-FALLING = {"selfish": objective.potential, "pigou": objective.social}
-"""What falls with every best response, by who pays."""
 
 SWEEPS = 6
 """Most rounds of responses before groups begin."""
@@ -55,9 +52,10 @@ def descent(
     seed: int = 0,
     progress: Callable[[float], None] = lambda value: None,
 ) -> Profile | None:
-    """A profile of low social cost (``pigou``) or potential (``selfish``); None if there is none.
+    """A profile of low potential under the rule ``charge``; None if there is none.
 
-    ``progress`` is called with the value of every better one.
+    ``pigou`` has the social cost for a potential.  ``progress`` is called with the value of every
+    better one.
     """
     search = _Descent(game, charge, solver, clock, seed, progress)
     if not search.start():
@@ -80,7 +78,9 @@ class _Descent:
     ) -> None:
         self.game, self.charge, self.solver, self.clock = game, charge, solver, clock
         self.progress, self.random = progress, np.random.default_rng(seed)
-        self.weights = FALLING[charge](game)
+        self.rule = make_rule(game, charge)
+        assert self.rule.potential is not None
+        self.weights = self.rule.potential
         self.profile: Profile = ()
         self.value = INF
 
@@ -148,7 +148,7 @@ class _Descent:
             plans[i] = absent(self.game.agents[i], self.game.horizon)
         for i in group + group:
             share = self.clock.share(EFFORTS[1])
-            found = respond(self.game, i, tuple(plans), self.charge, self.solver, share)
+            found = respond(self.rule, i, tuple(plans), self.solver, share)
             self.clock.take(share)
             if found.profile is None:
                 return None

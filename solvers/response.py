@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from ppg_env import objective
 from ppg_env.errors import InputError, require
 from ppg_env.game import Game
 from ppg_env.plan import Profile
 from solvers.clock import Clock
 from solvers.found import Found
+from solvers.liability import Liability, make_rule
 from solvers.minimise import ENGINE, check_solver, minimise
 from solvers.solution import ADVICE, Solution, Status
-
-CHARGES = {"selfish": objective.selfish, "pigou": objective.pigou}
-"""Who pays for an encounter: each agent for itself, or each also for the harm to the other."""
 
 
 def best_response(
@@ -32,15 +29,17 @@ def best_response(
         The game, the index of the agent that plans, and everybody's plans (its own is ignored;
         None only in a game of one agent).
     charge
-        ``selfish`` minimises J_i; ``pigou`` adds the harm done to the others.
+        The rule of liability (:mod:`solvers.liability`): ``selfish`` minimises J_i, ``partial:a``
+        and ``pigou`` add a share or all of the harm to others, ``right-of-way`` has one pay.
     solver, time_limit
         Name of a MILP solver that cvxpy knows; seconds, None for no limit.
 
     Returns
     -------
     Solution
-        ``profile`` is the given one with the agent's plan replaced, ``value`` its shifted cost,
-        ``bound`` a proved lower bound on that.  Without a plan, ``status`` and ``advice`` say why.
+        ``profile`` is the given one with the agent's plan replaced, ``value`` what it then pays
+        (its shifted cost, if selfish), ``bound`` a proved lower bound on that.  Without a plan,
+        ``status`` and ``advice`` say why.
 
     Raises
     ------
@@ -48,9 +47,8 @@ def best_response(
         If there is no such agent, the profile does not fit, or the solver is not installed.
     """
     check_agent(game, agent)
-    check_charge(charge)
-    clock = Clock(time_limit)
-    found = respond(game, agent, profile, charge, check_solver(solver), clock)
+    rule, clock = make_rule(game, charge), Clock(time_limit)
+    found = respond(rule, agent, profile, check_solver(solver), clock)
     status, advice = explain(game, found, (agent,))
     return Solution(
         game,
@@ -59,7 +57,7 @@ def best_response(
         advice,
         found.profile,
         found.evaluation,
-        f"shifted_cost[{agent}]",
+        f"{'shifted_cost' if charge == 'selfish' else 'charge'}[{agent}]",
         found.value,
         found.bound,
         seconds=clock.spent,
@@ -67,17 +65,18 @@ def best_response(
 
 
 def respond(
-    game: Game, agent: int, profile: Profile | None, charge: str, solver: str, clock: Clock
+    rule: Liability, agent: int, profile: Profile | None, solver: str, clock: Clock
 ) -> Found:
     """:func:`best_response` for arguments that were checked, without the story around it."""
-    if profile is None or len(profile) != len(game.agents):
+    size = len(rule.game.agents)
+    if profile is None or len(profile) != size:
         require(
-            len(game.agents) == 1,
+            size == 1,
             "profile",
             "does not have one plan per agent",
             "give everybody's plans",
         )
-    return minimise(game, (agent,), CHARGES[charge](game, agent), profile, solver, clock)
+    return minimise(rule.game, (agent,), rule.weights(agent), profile, solver, clock)
 
 
 def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, str]:
@@ -114,8 +113,3 @@ def check_agent(game: Game, agent: int) -> None:
             f"is {agent} in a game of {len(game.agents)}",
             f"count from 0 to {len(game.agents) - 1}",
         )
-
-
-def check_charge(charge: str) -> None:
-    """Refuse a word that is not in :data:`CHARGES`."""
-    require(charge in CHARGES, "charge", f"is {charge!r}", "write " + " or ".join(CHARGES))

@@ -50,8 +50,9 @@ class Update:
     ----------
     sweep : count of rounds, from 1.
     agent : who moved.
-    before, after : its shifted cost with the old plan and with the new one.
-    potential : Phi after the step; infinite while some means still overlap or lack a plan.
+    before, after : what it pays, its shifted cost if selfish, with the old and the new plan.
+    potential : Phi of the rule of liability after the step; infinite while some means still
+        overlap or lack a plan, NaN if the rule has no potential.
     """
 
     sweep: int

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from benchmarks.options import JsonOption, PlanArgument, SeedOption, SolverOption, TimeLimitOption
+from benchmarks.options import (
+    ChargeOption,
+    JsonOption,
+    PlanArgument,
+    SeedOption,
+    SolverOption,
+    TimeLimitOption,
+)
 from benchmarks.terminal import print_json, print_table, working
 
 
 def certify(
     plan: PlanArgument,
-    charge: str = "selfish",
+    charge: ChargeOption = "selfish",
     solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = None,
     as_json: JsonOption = False,
@@ -39,6 +46,6 @@ def certify(
     ]
     print_table(
         f"{plan}: an equilibrium within {proof.epsilon:.2e}",
-        ("agent", "shifted cost", "could be no less than", "regret at most"),
+        ("agent", "pays", "could be no less than", "regret at most"),
         rows,
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.options import (
+    ChargeOption,
     GameArgument,
     JsonOption,
     SeedOption,
@@ -44,6 +45,7 @@ def solve(
     order: Annotated[
         str, typer.Option(metavar="cyclic|random|simultaneous", help="Who moves when.")
     ] = "cyclic",
+    charge: ChargeOption = "selfish",
     out: Annotated[
         str | None, typer.Option(metavar="PLAN", help="Write the plan to this .json file.")
     ] = None,
@@ -71,7 +73,7 @@ def solve(
         check_target(out, ".json")
     with working(f"{solution} of {game}") as status:
         if solution == "best-response":
-            found = _best_response(made, agent, against, solver, time_limit)
+            found = _best_response(made, agent, against, charge, solver, time_limit)
         elif solution == "nash":
             from solvers.dynamics import best_response_dynamics
 
@@ -79,6 +81,7 @@ def solve(
                 made,
                 start=start,
                 order=order,
+                charge=charge,
                 seed=seed,
                 solver=solver,
                 time_limit=time_limit,
@@ -121,7 +124,12 @@ def solve(
 
 
 def _best_response(
-    game: Game, agent: int, against: str | None, solver: str, time_limit: float | None
+    game: Game,
+    agent: int,
+    against: str | None,
+    charge: str,
+    solver: str,
+    time_limit: float | None,
 ) -> Solution:
     from benchmarks.players import PLANNERS, Limits
     from ppg_env.errors import require
@@ -138,7 +146,7 @@ def _best_response(
         if straight.profile is None:
             return straight
         profile = straight.profile
-    return best_response(game, agent, profile, solver=solver, time_limit=time_limit)
+    return best_response(game, agent, profile, charge=charge, solver=solver, time_limit=time_limit)
 
 
 def _print(found: Solution) -> None:

@@ -34,6 +34,9 @@ def sweep(
     ] = None,
     starts: Annotated[str | None, typer.Option(help="First profiles of nash.")] = None,
     orders: Annotated[str | None, typer.Option(help="Orders of moves of nash.")] = None,
+    charges: Annotated[
+        str | None, typer.Option(metavar="RULE,...", help="Rules of liability of nash.")
+    ] = None,
     seeds: Annotated[
         str | None, typer.Option("--seeds", "--seed", help="0:5 for 0 to 4, or 1,4 (default 0).")
     ] = None,
@@ -98,6 +101,7 @@ def sweep(
         "players": players and _split(players),
         "starts": starts and _split(starts),
         "orders": orders and _split(orders),
+        "charges": charges and _split(charges),
         "seeds": seeds and whole_numbers("--seeds", seeds),
         "arena": arena,
         "episodes": episodes,

@@ -115,7 +115,9 @@ class Study:
         )
 
 
-STUDIES = ("learned", "tightness", "price", "sensitivity", "surrogate")
+STUDIES = (
+    "learned", "tightness", "price", "sensitivity", "surrogate", "liability", "atlas", "scaling",
+)  # fmt: skip
 """Modules beside this one, each with its study as ``STUDY``."""
 
 

@@ -35,6 +35,12 @@ JOINT = ("potential", "social")
 DYNAMIC = ("nash", "receding")
 """Players that heed ``start`` and ``order``."""
 
+CHARGED = ("nash",)
+"""Players that heed ``charge``."""
+
+SELFISH = "selfish"
+"""What those heed who heed no other."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -46,6 +52,7 @@ class Cell:
     player : a name that ``ppg compare`` knows, or a file of learned players.
     fields : fields of the game to override, as for ``make_game``.
     start, order : of best-response dynamics, for ``nash`` and ``receding``.
+    charge : rule of liability, for ``nash``; see :mod:`solvers.liability`.
     arena : ``schedule`` or ``env``, as for ``ppg compare``.
     episodes, seed : simulated episodes, and the seed of everything random.
     groups : groups of episodes in ``env``; learners have one per training run at least.  Players
@@ -59,6 +66,7 @@ class Cell:
     fields: Mapping[str, Any] = field(default_factory=dict)
     start: str | None = None
     order: str | tuple[int, ...] = "cyclic"
+    charge: str = SELFISH
     arena: str = "schedule"
     episodes: int = 10_000
     groups: int = 1
@@ -95,7 +103,13 @@ class Cell:
     def limits(self) -> Limits:
         """What the player may use."""
         return Limits(
-            self.solver, self.time_limit, self.seed, self.node_limit, self.start, self.order
+            self.solver,
+            self.time_limit,
+            self.seed,
+            self.node_limit,
+            self.start,
+            self.order,
+            self.heeded["charge"] or SELFISH,
         )
 
     @property
@@ -106,6 +120,7 @@ class Cell:
         return {
             "start": self.start if dynamic else None,
             "order": order if dynamic else None,
+            "charge": self.charge if self.player in CHARGED else None,
             "arena": self.arena,
             "episodes": self.episodes,
             "groups": self.groups if self.arena == "env" else None,
@@ -125,6 +140,8 @@ class Cell:
             "learned": self._file_digest(),
             **self.heeded,
         }
+        if content["charge"] in (None, SELFISH):  # the only rule of the first stores
+            del content["charge"]
         return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
     def _file_digest(self) -> str | None:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.players import FILE, chosen_players
-from benchmarks.sweeps.cell import DYNAMIC, Cell
+from benchmarks.sweeps.cell import CHARGED, DYNAMIC, SELFISH, Cell
 from ppg_env.errors import InputError, placed, require
 from ppg_env.gamefile import read_tables
 
@@ -31,8 +31,8 @@ from ppg_env.gamefile import read_tables
 class Grid:
     """What to combine; the words are those of :class:`Cell`, and in the plural there are several.
 
-    ``starts`` and ``orders`` are combined for the players that heed them.  Unless given, the arena
-    is the environment if a player needs it.
+    ``starts``, ``orders`` and ``charges`` are combined for the players that heed them.  Unless
+    given, the arena is the environment if a player needs it.
     """
 
     games: tuple[str, ...]
@@ -40,6 +40,7 @@ class Grid:
     players: tuple[str, ...] = ("nash", "potential", "social", "straight")
     starts: tuple[str | None, ...] = (None,)
     orders: tuple[str | tuple[int, ...], ...] = ("cyclic",)
+    charges: tuple[str, ...] = (SELFISH,)
     seeds: tuple[int, ...] = (0,)
     arena: str | None = None
     episodes: int = 10_000
@@ -49,7 +50,7 @@ class Grid:
     node_limit: int | None = None
 
     def cells(self) -> list[Cell]:
-        """All combinations; games vary slowest, then fields, players, starts, orders, seeds."""
+        """All combinations; games vary slowest, then fields, players and, fastest, seeds."""
         players, arena = chosen_players(",".join(self.players), self.arena)
         return [
             Cell(
@@ -58,6 +59,7 @@ class Grid:
                 dict(zip(self.values, chosen, strict=True)),
                 start,
                 order,
+                charge,
                 arena,
                 self.episodes,
                 self.groups,
@@ -69,14 +71,15 @@ class Grid:
             for game in self.games
             for chosen in product(*self.values.values())
             for player in players
-            for start, order in self._dynamics(player)
+            for start, order, charge in self._dynamics(player)
             for seed in self.seeds
         ]
 
-    def _dynamics(self, player: str) -> list[tuple[str | None, str | tuple[int, ...]]]:
+    def _dynamics(self, player: str) -> list[tuple[str | None, str | tuple[int, ...], str]]:
         if player not in DYNAMIC:
-            return [(None, "cyclic")]
-        return list(product(self.starts, self.orders))
+            return [(None, "cyclic", SELFISH)]
+        charges = self.charges if player in CHARGED else (SELFISH,)
+        return list(product(self.starts, self.orders, charges))
 
 
 def is_grid(path: str) -> bool:
@@ -179,6 +182,7 @@ READERS: dict[str, Callable[[str, Any], Any]] = {
     "players": _words,
     "starts": _words,
     "orders": _orders,
+    "charges": _words,
     "seeds": whole_numbers,
     "arena": _word,
     "episodes": _whole,

@@ -50,7 +50,7 @@ class Row:
     lams : lam of each agent.
     fields : the fields of the game that were overridden.
     game : the whole game, as in a game file.
-    start, order, arena, ... node_limit : of the cell; None for what its player does not heed.
+    start, order, charge, ... node_limit : of the cell; None for what its player does not heed.
     status : how the planner ended, ``trained`` for learners, ``failed`` after an error.
     reason : why there is no result, with advice; None if there is one.
     arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of planners, by the evaluator.
@@ -84,6 +84,7 @@ class Row:
     game: GameTables
     start: str | None
     order: str | None
+    charge: str | None
     arena: str
     episodes: int
     groups: int | None

@@ -28,7 +28,7 @@ from ppg_env.errors import InputError, require
 APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
 
-VERSION = 2
+VERSION = 3
 """Of the table; to be raised when a column comes or goes."""
 
 PATIENCE = 30.0

@@ -13,7 +13,7 @@ SHOWN = 60
 
 AXES = (
     "objective", "lams", "gain", "noise", "speed", "horizon", "margin_cap", "crash_cost",
-    "start", "order", "seed",
+    "start", "order", "charge", "seed",
 )  # fmt: skip
 """Columns that are printed where they differ between rows."""
 

@@ -135,12 +135,18 @@ def joint_optimum(line: Line, what: str, step: float = 1.0) -> float:
     return least(0, round(line.starts[0] / step), round(line.starts[1] / step))
 
 
-def best_response_value(line: Line, agent: int, other: Sequence[float], step: float = 1.0) -> float:
-    """MP2: least own cost of ``agent`` against the path ``other`` (H+1 positions)."""
+def best_response_value(
+    line: Line, agent: int, other: Sequence[float], step: float = 1.0, care: float | None = None
+) -> float:
+    """MP2: least own cost of ``agent`` against the path ``other`` (H+1 positions).
+
+    ``care`` is the weight of the pair's losses, unless it is the agent's own.
+    """
     goal = round(line.goals[agent] / step)
     there = line.goals[1 - agent]
     gone = next((t for t, place in enumerate(other) if abs(place - there) < 1e-9), inf)
     lam = line.lam[agent]
+    care = 1 - lam if care is None else care
 
     @cache
     def least(t: int, x: int) -> float:
@@ -152,7 +158,7 @@ def best_response_value(line: Line, agent: int, other: Sequence[float], step: fl
         if pair == inf:
             return inf
         ahead = line.ahead(agent, t, x, step)
-        return lam + (1 - lam) * pair + min((least(t + 1, a) for a in ahead), default=inf)
+        return lam + care * pair + min((least(t + 1, a) for a in ahead), default=inf)
 
     return least(0, round(line.starts[agent] / step))
 

@@ -102,3 +102,10 @@ def test_a_cut_search_keeps_a_true_lower_bound():
     assert best.status is Status.OPTIMAL
     for limit in (0.1, 0.5):
         assert social_optimum(game, time_limit=limit).bound <= best.value + 1e-6
+
+
+def test_many_agents_without_a_plan_in_time_are_not_searched_exactly():
+    """That search looks through all vectors of arrivals before it looks at the clock."""
+    solution = social_optimum(make_game("circle(16)", objective="risk", lam=0.8), time_limit=0.5)
+    assert solution.status is Status.TIME_LIMIT
+    assert solution.profile is None

@@ -59,10 +59,14 @@ def test_what_changes_nothing_does_not(change):
     assert replace(CELL, **change).address == CELL.address
 
 
-@pytest.mark.parametrize("change", [{"start": "sequential"}, {"order": "random"}], ids=str)
+@pytest.mark.parametrize(
+    "change", [{"start": "sequential"}, {"order": "random"}, {"charge": "pigou"}], ids=str
+)
 def test_options_of_nash_do_not_matter_to_others(change):
     social = replace(CELL, player="social", arena="schedule")
     assert replace(social, **change).address == social.address
+    nash = replace(social, player="nash")
+    assert replace(nash, **change).address != nash.address
     assert replace(social, groups=3).address == social.address  # on schedule there are none
     assert replace(social, node_limit=10).address != social.address
 

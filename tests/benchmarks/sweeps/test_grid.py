@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ games = ["head_on", "own.toml"]
 players = ["nash", "social"]
 starts = ["straight", "sequential"]
 orders = ["cyclic", [1, 0]]
+charges = ["selfish", "partial:0.5"]
 seeds = "3:5"
 episodes = 100
 time_limit = 5
@@ -41,22 +43,33 @@ def test_a_file_says_what_options_say(file):
         players=("nash", "social"),
         starts=("straight", "sequential"),
         orders=("cyclic", (1, 0)),
+        charges=("selfish", "partial:0.5"),
         seeds=(3, 4),
         episodes=100,
         time_limit=5.0,
     )
     cells = grid.cells()
-    assert len(cells) == len({cell.address for cell in cells}) == 2 * 2 * (4 + 1) * 2
+    assert len(cells) == len({cell.address for cell in cells}) == 2 * 2 * (8 + 1) * 2
     assert [agent.lam for agent in cells[-1].game.agents] == [0.2, 0.8]
     assert cells[-1].game.name == "parallel"
 
 
-def test_only_the_players_that_heed_them_have_starts_and_orders():
+def test_only_the_players_that_heed_them_have_starts_orders_and_charges():
     grid = Grid(("head_on",), players=("straight", "nash"), starts=("straight", "sequential"))
     assert [(cell.player, cell.start) for cell in grid.cells()] == [
         ("straight", None),
         ("nash", "straight"),
         ("nash", "sequential"),
+    ]
+    charged = replace(grid, players=("nash", "social", "receding"), charges=("selfish", "pigou"))
+    assert [(cell.player, cell.start, cell.charge) for cell in charged.cells()] == [
+        ("nash", "straight", "selfish"),
+        ("nash", "straight", "pigou"),
+        ("nash", "sequential", "selfish"),
+        ("nash", "sequential", "pigou"),
+        ("social", None, "selfish"),
+        ("receding", "straight", "selfish"),
+        ("receding", "sequential", "selfish"),
     ]
 
 

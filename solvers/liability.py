@@ -1,0 +1,157 @@
+r"""Liability: who pays which share of what an encounter costs its two agents.
+
+With u_i = 1 - lam_i, the losses c_ij of a pair harm i by u_i c_ij and j by u_j c_ij.  Under a rule,
+agent i pays
+
+    P_i = lam_i T_i + u_i o_i + sum_j w_ij c_ij,     w_ij = own_ij u_i + other_ij u_j,
+
+o_i being its losses from static obstacles, which harm nobody else.
+
+    rule            own  other
+    selfish           1      0   everybody bears its own harm: P_i = J_i
+    partial:a         1      a   and a share a of the harm to the other, 0 <= a <= 1
+    pigou             1      1   and all of it
+    right-of-way   0, 1   0, 1   who yields pays everything, who has the way nothing
+
+Right of way goes to the agent that comes first in the game; ``right-of-way:2-0-1`` says otherwise.
+
+Potential.  If there are d_i > 0 with w_ij / d_i = w_ji / d_j for every pair, then
+
+    Phi = sum_i (lam_i T_i + u_i o_i) / d_i + sum_{i<j} (w_ij / d_i) c_ij
+
+falls by 1/d_i of what agent i gains.  ``selfish`` has d_i = u_i; ``pigou`` has d_i = 1, and Phi is
+the social cost; ``partial:a`` with equal lam has d_i = 1, and Phi is the social cost with each pair
+counted 1 + a times instead of twice.  With unequal lam, going round three agents gives
+
+    w_ij w_jk w_ki - w_ji w_kj w_ik = a (1 - a) (u_i - u_j) (u_j - u_k) (u_i - u_k),
+
+so a partial rule has a potential if and only if no three lam are different.  Right of way has none,
+but a hierarchy: what an agent pays depends on those alone who have the way, so best responses in
+the order of priority are an equilibrium after one round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ppg_env.errors import InputError, require
+from ppg_env.game import Game
+from ppg_env.objective import Weights
+
+RULES = "selfish, pigou, partial:0.5, right-of-way or right-of-way:1-0"
+"""How rules are written."""
+
+PARTIAL, RIGHT_OF_WAY = "partial", "right-of-way"
+SHARES = {"selfish": 0.0, "pigou": 1.0}
+"""Shares of the harm to the other that have a name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Liability:
+    """A rule in one game.
+
+    Attributes
+    ----------
+    game : whose losses are shared out.
+    own, other : (N, N) share that agent i pays, in its encounter with j, of the harm to i and of
+        the harm to j.
+    priority : all agents, who has the right of way first; None if nobody has.
+    """
+
+    game: Game
+    own: np.ndarray
+    other: np.ndarray
+    priority: tuple[int, ...] | None = None
+
+    def weights(self, agent: int) -> Weights:
+        """What ``agent`` minimises."""
+        time = np.where(np.arange(len(self.game.agents)) == agent, self._lams, 0.0)
+        mine = np.zeros(len(self.game.encounters))
+        for e, encounter in enumerate(self.game.encounters):
+            if agent in encounter.agents:
+                others = [j for j in encounter.agents if j != agent]
+                mine[e] = self._pair[agent, others[0]] if others else 1 - self._lams[agent]
+        return Weights(time, mine)
+
+    @cached_property
+    def potential(self) -> Weights | None:
+        """Phi, which falls with everybody's gains; None if there is no such sum."""
+        scale = self._scale
+        if scale is None:
+            return None
+        ends = [(e.agents[0], e.agents[-1]) for e in self.game.encounters]
+        pairs = [self._pair[i, j] if i != j else 1 - self._lams[i] for i, j in ends]
+        return Weights(self._lams / scale, np.array(pairs) / scale[[i for i, _ in ends]])
+
+    @property
+    def _lams(self) -> np.ndarray:
+        return np.array([agent.lam for agent in self.game.agents])
+
+    @cached_property
+    def _pair(self) -> np.ndarray:
+        """(N, N) weights w."""
+        care = 1 - self._lams
+        return self.own * care[:, None] + self.other * care[None, :]
+
+    @property
+    def _scale(self) -> np.ndarray | None:
+        """(N,) the divisors d, 1 for the first agent unless all are 1 - lam."""
+        w = self._pair + np.eye(len(self._lams))  # nobody meets itself
+        if (w <= 0).any():
+            return None
+        scale = w[:, 0] / w[0] if self.other.any() else 1 - self._lams
+        return scale if np.allclose(w / scale[:, None], (w / scale[:, None]).T) else None
+
+
+def make_rule(game: Game, charge: str) -> Liability:
+    """The rule that ``charge`` names.
+
+    Raises
+    ------
+    InputError
+        If there is no such rule, or its numbers do not fit the game.
+    """
+    name, _, detail = charge.partition(":")
+    if name == RIGHT_OF_WAY:
+        return _right_of_way(game, detail)
+    if name == PARTIAL:
+        share = _share(detail)
+    else:
+        require(charge in SHARES, "charge", f"is {charge!r}", f"write {RULES}")
+        share = SHARES[charge]
+    pairs = 1 - np.eye(len(game.agents))
+    return Liability(game, pairs, share * pairs)
+
+
+def _share(text: str) -> float:
+    try:
+        share = float(text)
+    except ValueError:
+        share = -1.0
+    require(
+        0 <= share <= 1,
+        "charge",
+        f"is {PARTIAL + ':' + text!r}",
+        "write a share from 0 to 1, such as partial:0.5",
+    )
+    return share
+
+
+def _right_of_way(game: Game, text: str) -> Liability:
+    size = len(game.agents)
+    try:
+        priority = tuple(int(part) for part in text.split("-")) if text else tuple(range(size))
+    except ValueError:
+        priority = ()
+    if sorted(priority) != list(range(size)):
+        raise InputError(
+            "charge",
+            f"is {RIGHT_OF_WAY + ':' + text!r}",
+            f"list the agents 0 to {size - 1} with - between them, who has the way first",
+        )
+    rank = np.argsort(priority)
+    yields = (rank[:, None] > rank[None, :]).astype(float)
+    return Liability(game, yields, yields, priority)
