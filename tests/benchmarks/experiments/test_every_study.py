@@ -89,5 +89,5 @@ def test_what_is_not_there_is_told_in_a_sentence(tmp_path):
         told("price", tmp_path / "none.json", "words")
     with pytest.raises(InputError, match="question or words or tables"):
         told("price", DOCS / "studies" / "price.json", "verse")
-    with pytest.raises(InputError, match="learned or price"):
+    with pytest.raises(InputError, match="learned or tightness"):
         find_study("magic")
