@@ -168,19 +168,22 @@ def known_players() -> list[str]:
     return [*PLANNERS, RECEDING, *PRETRAINED]
 
 
-def chosen_players(text: str, arena: str | None = None) -> tuple[list[str], str]:
-    """Player names of a comma-separated list, and the arena: the environment if one needs it."""
+def chosen_players(
+    text: str, arena: str | None = None, place: str = "--players"
+) -> tuple[list[str], str]:
+    """Player names of a comma-separated list, and the arena: the environment if one needs it.
+
+    ``place`` is where they were written, for those who wrote something else.
+    """
     names = [name.strip() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in known_players() and not name.endswith(FILE)]
     if unknown or not names:
         raise InputError(
-            "--players",
+            place,
             f"has {unknown[0]!r}" if unknown else "is empty",
             "use names of " + ", ".join(known_players()) + f", or files ending in {FILE}",
         )
     needy = [name for name in names if name not in PLANNERS]
     if needy and arena == "schedule":
-        raise InputError(
-            "--players", f"has {needy[0]}, which needs the environment", "add --arena env"
-        )
+        raise InputError(place, f"has {needy[0]}, which needs the environment", "add --arena env")
     return list(dict.fromkeys(names)), arena or ("env" if needy else "schedule")

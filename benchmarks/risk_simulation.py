@@ -98,7 +98,12 @@ def rare(question: Question) -> Answer:
 
 def _check(question: Question) -> None:
     if question.arena == "env":
-        require(not question.swept, "--swept", "is for plans on schedule", "leave out --arena env")
+        require(
+            not question.swept,
+            "--swept",
+            "is for plans on schedule",
+            "leave it out in the environment",
+        )
         require(question.against is None, "--against", "is for plans on schedule", "leave it out")
 
 

@@ -14,7 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from ppg_env.controls import pieces
+from ppg_env.errors import require
 from ppg_env.game import Agent
+
+LARGEST = 1e100
+"""Covariances beyond that have nothing to do with any plan, and their squares overflow."""
 
 WORST_CONDITION = 1e8
 """Beyond that the inverse of A is noise."""
@@ -31,12 +35,25 @@ def rollout(agent: Agent, controls: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1024)
 def covariances(agent: Agent, horizon: int) -> np.ndarray:
-    """(H+1, n, n) covariances of the closed loop's state, read-only: no plan changes them."""
+    """(H+1, n, n) covariances of the closed loop's state, read-only: no plan changes them.
+
+    Raises
+    ------
+    InputError
+        If they grow beyond all numbers within the horizon.
+    """
     loop = agent.closed_loop
     result = np.empty((horizon + 1, agent.state_dim, agent.state_dim))
     result[0] = agent.sigma0
-    for t in range(horizon):
-        result[t + 1] = loop @ result[t] @ loop.T + agent.noise
+    with np.errstate(over="ignore", invalid="ignore"):
+        for t in range(horizon):
+            result[t + 1] = loop @ result[t] @ loop.T + agent.noise
+    require(
+        bool((np.abs(result) < LARGEST).all()),
+        "gain",
+        f"lets position errors grow beyond all numbers within {horizon} steps",
+        "choose one for which A - B gain shrinks errors, or a shorter horizon",
+    )
     result.setflags(write=False)
     return result
 

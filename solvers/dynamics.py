@@ -90,10 +90,20 @@ def best_response_dynamics(
         ``regret`` is certified by the last responses' bounds; ``trace`` has every update.
     """
     check_order(game, order)
-    rule = make_rule(game, charge)
-    return _Dynamics(
-        rule, order, tolerance, check_solver(solver), Clock(time_limit), seed, progress
-    ).run(start, max_sweeps)
+    rule, solver, clock = make_rule(game, charge), check_solver(solver), Clock(time_limit)
+    starts = _default_starts(rule) if start is None else (start,)
+    for first in starts:
+        run = _Dynamics(rule, order, tolerance, solver, clock, seed, progress)
+        solution = run.run(first, max_sweeps)
+        if solution.status is not Status.INFEASIBLE:
+            break
+    return solution
+
+
+def _default_starts(rule: Liability) -> tuple[str, ...]:
+    """What to begin with, and what else if somebody finds no way through the straight lines."""
+    crowd = len(rule.game.agents) > FEW or rule.priority is not None
+    return ("sequential",) if crowd else STARTS
 
 
 class _Dynamics:
@@ -116,7 +126,7 @@ class _Dynamics:
         self.costs = np.full(len(self.game.agents), np.inf)
         self.bounds = np.full(len(self.game.agents), -np.inf)
 
-    def run(self, start: str | Profile | None, max_sweeps: int) -> Solution:
+    def run(self, start: str | Profile, max_sweeps: int) -> Solution:
         profile, pending = _start(self.rule, start)
         seen = {profile}
         status = Status.LIMIT
@@ -284,12 +294,9 @@ class _Dynamics:
         )
 
 
-def _start(rule: Liability, start: str | Profile | None) -> tuple[Profile, set[int]]:
+def _start(rule: Liability, start: str | Profile) -> tuple[Profile, set[int]]:
     """The first profile, and the agents in it that have no plan yet and are out of the way."""
     game = rule.game
-    if start is None:
-        crowd = len(game.agents) > FEW or rule.priority is not None
-        start = "sequential" if crowd else "straight"
     if not isinstance(start, str):
         require(
             len(start) == len(game.agents),

@@ -19,9 +19,11 @@ from ppg_env.dynamics import earliest_arrival
 from ppg_env.evaluate import evaluate
 from ppg_env.game import Game
 from ppg_env.objective import Weights
+from ppg_env.plan import Profile
 from solvers.bounds import pair_bound
 from solvers.certificate import certify
 from solvers.clock import Clock
+from solvers.dynamics import best_response_dynamics
 from solvers.found import Found
 from solvers.minimise import ENGINE, check_solver, minimise
 from solvers.neighbourhood import descent
@@ -33,6 +35,9 @@ BOUND_SHARE = 0.3
 
 MOST_EXACT = 5
 """With more agents than this optima are approached, and bounded, but not proved."""
+
+SOON = 3
+"""Up to so many agents the exact search has plans at once."""
 
 APPROACHED = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -112,7 +117,8 @@ def _joint(
     if len(game.agents) > MOST_EXACT and solver == ENGINE:
         found = _approach(game, weights, charge, clock, seed, tell)
     else:
-        found = minimise(game, everybody, weights, None, solver, clock, tell)
+        known = _known(game, charge, clock) if solver == ENGINE else None
+        found = minimise(game, everybody, weights, known, solver, clock, tell)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,
@@ -126,6 +132,14 @@ def _joint(
         found.bound,
         seconds=clock.spent,
     )
+
+
+def _known(game: Game, charge: str, clock: Clock) -> Profile | None:
+    """Plans by best responses, for games in which the exact search may take long to find some."""
+    if len(game.agents) <= SOON:
+        return None
+    first = best_response_dynamics(game, charge=charge, max_sweeps=2, time_limit=clock.left)
+    return first.profile
 
 
 def _approach(

@@ -85,15 +85,22 @@ class _Descent:
         self.value = INF
 
     def start(self) -> bool:
-        """Whether best responses found a feasible profile."""
-        alone = best_response_dynamics(
-            self.game,
-            charge=self.charge,
-            max_sweeps=SWEEPS,
-            solver=self.solver,
-            time_limit=self.clock.left,
-        )
-        return alone.profile is not None and self._keep(alone.profile)
+        """Whether best responses found a feasible profile.
+
+        Selfish ones come first, so that nothing is returned that is dearer than an equilibrium.
+        """
+        for charge in dict.fromkeys(("selfish", self.charge)):
+            found = best_response_dynamics(
+                self.game,
+                start=self.profile or None,
+                charge=charge,
+                max_sweeps=SWEEPS,
+                solver=self.solver,
+                time_limit=self.clock.left,
+            )
+            if found.profile is not None:
+                self._keep(found.profile)
+        return bool(self.profile)
 
     def run(self) -> None:
         """Search until nothing helps, or the time is up."""

@@ -37,7 +37,8 @@ ADVICE = {
     Status.INFEASIBLE: "no plan avoids every overlap of means; lengthen the horizon, move a start, "
     "or make the bodies smaller",
     Status.UNREACHABLE: "a goal is out of reach; lengthen the horizon, or raise the speed",
-    Status.TIME_LIMIT: "the time limit came before the first plan; raise it, or cut the horizon",
+    Status.TIME_LIMIT: "the time limit (or that on nodes) came before the first plan; "
+    "raise it, or cut the horizon",
     Status.ERROR: "the back end failed; try another solver",
 }
 

@@ -45,7 +45,7 @@ def regret(
     from ppg_env.make import make_game
     from solvers.minimise import check_solver
 
-    (name, *others), _ = chosen_players(player)
+    (name, *others), _ = chosen_players(player, place="--player")
     require(not others, "--player", "has several names", "ask for one")
     if steps:
         require_extra()

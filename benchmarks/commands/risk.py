@@ -155,7 +155,7 @@ def _question(
         require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
         game, profile, _ = read_plan(subject)
         return Question(game, profile, None, limits, arena or "schedule")
-    names, arena = chosen_players("nash" if player is None else player, arena)
+    names, arena = chosen_players("nash" if player is None else player, arena, "--player")
     require(len(names) == 1, "--player", "has several names", "name one")
     made = make_game(subject, **overrides)
     who = contender(names[0], made, limits)

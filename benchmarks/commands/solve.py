@@ -68,6 +68,9 @@ def solve(
     require(
         solution in SOLUTIONS, "--solution", f"is {solution!r}", "write " + ", ".join(SOLUTIONS)
     )
+    joint = solution in ("social", "potential")
+    remedy = "leave it out, or solve for social or potential"
+    require(joint or node_limit is None, "--node-limit", f"is not heeded by {solution}", remedy)
     made = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".json")
@@ -92,7 +95,7 @@ def solve(
         else:
             from solvers.joint import potential_equilibrium, social_optimum
 
-            joint = social_optimum if solution == "social" else potential_equilibrium
+            planner = social_optimum if solution == "social" else potential_equilibrium
             news = {"value": float("inf"), "bound": float("-inf")}
 
             def tell(what: str, value: float) -> None:
@@ -101,7 +104,7 @@ def solve(
                     f"{solution} of {game}: between {news['bound']:.6g} and {news['value']:.6g}"
                 )
 
-            found = joint(
+            found = planner(
                 made,
                 solver=solver,
                 time_limit=time_limit,

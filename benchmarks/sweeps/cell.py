@@ -78,7 +78,7 @@ class Cell:
     def __post_init__(self) -> None:
         known = self.arena in ARENAS
         require(known, "arena", f"is {self.arena!r}", "write " + " or ".join(ARENAS))
-        names, _ = chosen_players(self.player, self.arena)
+        names, _ = chosen_players(self.player, self.arena, "player")
         require(len(names) == 1, "player", f"is {self.player!r}", "name one; a cell has one player")
         for name, least in (("episodes", 1), ("groups", 1), ("seed", 0)):
             value = getattr(self, name)

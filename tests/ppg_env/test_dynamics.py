@@ -18,6 +18,7 @@ from ppg_env.dynamics import (
     reach_upper,
     rollout,
 )
+from ppg_env.errors import InputError
 from ppg_env.game import override
 from tests.ppg_env.strategies import agents, double_integrator
 
@@ -297,3 +298,10 @@ def test_the_warning_comes_with_a_gain_of_minus_a_half_and_explains_the_sign() -
         make_game("head_on", gain=-0.5)
     with pytest.warns(SpectralRadiusWarning, match="never corrected"):
         make_game("head_on", gain=0.0)
+
+
+@pytest.mark.filterwarnings("ignore:the spectral radius")
+def test_errors_that_grow_beyond_all_numbers_are_refused() -> None:
+    game = make_game("head_on", gain=1e200)
+    with pytest.raises(InputError, match="gain: lets position errors grow beyond all numbers"):
+        covariances(game.agents[0], game.horizon)

@@ -109,3 +109,25 @@ def test_many_agents_without_a_plan_in_time_are_not_searched_exactly():
     solution = social_optimum(make_game("circle(16)", objective="risk", lam=0.8), time_limit=0.5)
     assert solution.status is Status.TIME_LIMIT
     assert solution.profile is None
+
+
+@pytest.mark.parametrize("planner", [social_optimum, potential_equilibrium])
+@pytest.mark.parametrize("name", ["streams(4)", "circle(5)"])
+def test_four_and_five_agents_have_plans_long_before_a_proof(name, planner):
+    solution = planner(make_game(name, speed="l1"), node_limit=50)
+    assert solution.status is Status.FEASIBLE
+    assert evaluate(solution.game, solution.profile).feasible
+    assert solution.bound <= solution.value
+
+
+def test_dynamics_begin_otherwise_where_straight_lines_leave_no_way():
+    game = make_game("circle(5)", speed="l1")
+    assert best_response_dynamics(game, start="straight").status is Status.INFEASIBLE
+    assert best_response_dynamics(game).status is Status.EQUILIBRIUM
+
+
+def test_no_joint_plan_is_dearer_than_the_equilibrium_it_began_with():
+    game = make_game("circle(6)", speed="l1", horizon=20)
+    selfish = best_response_dynamics(game, max_sweeps=6)
+    social = social_optimum(game, time_limit=5.0)
+    assert social.evaluation.social_cost <= selfish.evaluation.social_cost + 1e-6
