@@ -32,6 +32,7 @@ SHORTER = {
     "reproduce": "--settings l1:3 --scenarios parallel --lams 0.5 --episodes 500 --jobs 1",
     "train": "--steps 8192 --seeds 1 --jobs 1",
     "study": "--scenarios parallel --speeds l1 --lams 0.5 --episodes 1000 --jobs 1",
+    "study scaling": "--scenarios intersection --lams 0.5 --episodes 1000",
 }
 """What is added to a command of which the page says that it takes minutes; last options count."""
 
@@ -40,9 +41,14 @@ def commands(page: Path) -> list[str]:
     lines = [line for block in blocks(page, "sh") for line in block.splitlines()]
     found = [line.split("  #") for line in lines if line.startswith("ppg ")]
     return [
-        f"{command} {SHORTER[command.split()[1]]}" if "minutes" in "".join(remark) else command
+        f"{command} {_shorter(command)}" if "minutes" in "".join(remark) else command
         for command, *remark in found
     ]
+
+
+def _shorter(command: str) -> str:
+    _, verb, name, *_ = command.split()
+    return SHORTER.get(f"{verb} {name}", SHORTER[verb])
 
 
 def run(command: str) -> str:
