@@ -31,7 +31,10 @@ from solvers.response import respond
 SWEEPS = 6
 """Most rounds of responses before groups begin."""
 
-COOLING = 40
+CYCLES = 3
+"""Times that the best profile is heated: where a cycle ends is a matter of luck."""
+
+COOLING = 20
 """Rounds per agent over which the heat falls to nothing, sooner if a limit comes first."""
 
 QUIET = 5
@@ -105,7 +108,8 @@ class _Descent:
     def run(self) -> None:
         """Search until nothing helps, or the time is up."""
         size = len(self.game.agents)
-        self._anneal(COOLING * size, float(np.mean(self.weights.time)))
+        for _ in range(CYCLES):
+            self._anneal(COOLING * size, float(np.mean(self.weights.time)))
         while any(self._planned(pair) for pair in self._pairs()):
             self._anneal(QUIET * size, 0.0)
 

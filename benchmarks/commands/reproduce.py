@@ -59,7 +59,9 @@ def reproduce(
     from benchmarks.reproduction.page import write_page
     from benchmarks.reproduction.pictures import draw
     from benchmarks.reproduction.run import report, reproduce
-    from benchmarks.targets import own_folder, target
+    from benchmarks.targets import FOLDER, own_folder, target
+    from ppg_env.errors import require
+    from ppg_env.files import check_target
 
     given = numbers("lams", lams)
     extent = Extent(
@@ -71,6 +73,9 @@ def reproduce(
     )
     path = Path(target("reproduction", ".db", store))
     page = None if as_json and out is None else target("reproduction", ".html", out)
+    if figures is not None:
+        require(figures != "", "--figures", "is empty", "write how the files' names begin")
+        check_target(f"{figures}.png", ".png", ours=FOLDER)
     own_folder(str(path))
     with bar("reproduce", extent.size) as advance:
         found = reproduce(extent, path, jobs=jobs, progress=advance)

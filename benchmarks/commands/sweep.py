@@ -102,7 +102,7 @@ def sweep(
         "starts": starts and _split(starts),
         "orders": orders and _split(orders),
         "charges": charges and _split(charges),
-        "seeds": seeds and whole_numbers("--seeds", seeds),
+        "seeds": None if seeds is None else whole_numbers("--seeds", seeds),
         "arena": arena,
         "episodes": episodes,
         "groups": groups,

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from benchmarks import sweeps
-from benchmarks.experiments.results import NEGLIGIBLE, Row, limits
+from benchmarks.experiments.results import FREE, NEGLIGIBLE, Row, limits
 
 EQUILIBRIA = ("nash", "potential")
 OPTIMUM = "social"
@@ -47,8 +47,9 @@ class Price:
 
     @property
     def cost(self) -> float:
-        """Cost ratio."""
-        return float(self.selfish["social_cost"] / self.social["social_cost"])
+        """Cost ratio; costs below :data:`FREE` count as that."""
+        above, below = (max(row["social_cost"], FREE) for row in (self.selfish, self.social))
+        return float(above / below)
 
     @property
     def same_cost(self) -> bool:

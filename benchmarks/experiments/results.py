@@ -19,6 +19,9 @@ FORMAT = "path-planning-games/results"
 DIGITS = 8
 """Significant ones that a digest keeps; the store has them all."""
 
+FREE = 1e-3
+"""Costs below this, in steps, count as this in ratios: with lam = 0 time is free."""
+
 NEGLIGIBLE = 1e-4
 """Crash probabilities below it count as it where plans are compared.  With the default cost of a
 crash it is worth a hundredth of a step; and plans whose margins are all at the paper's cap, between

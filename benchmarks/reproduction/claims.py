@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.experiments.results import NEGLIGIBLE
+from benchmarks.experiments.results import FREE, NEGLIGIBLE
 from benchmarks.reproduction.curves import Panel
 from benchmarks.reproduction.grid import DYNAMICS, EQUILIBRIA, INTERSECTIONS, Place
 from benchmarks.reproduction.verdicts import Case
@@ -101,7 +101,7 @@ def _factors(place: Place, equilibrium: str | None = None) -> dict[str, str]:
 
 
 def _small(panel: Panel, name: str, at: np.ndarray) -> tuple[bool, str]:
-    base = panel.social.mean("objective")[at]
+    base = np.maximum(panel.social.mean("objective")[at], FREE)
     share = panel.mean_gap(name, "objective")[at] / base
     k = int(share.argmax())
     shown = max(share[k], 0.0)  # rounding may put a plan below the optimum by 1e-16

@@ -125,7 +125,7 @@ def _crashes(axes: Axes, panel: Panel) -> None:
         axes.errorbar(
             panel.lams,
             value,
-            yerr=np.array([value - lower, upper - value]),
+            yerr=np.maximum([value - lower, upper - value], 0.0),  # but for rounding
             fmt=line,
             color=colour,
             marker=marker,
