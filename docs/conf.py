@@ -25,7 +25,7 @@ exclude_patterns = ["_build"]
 smartquotes = False  # they would turn --json into a dash
 
 myst_enable_extensions = ["amsmath", "dollarmath"]
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 
 autodoc_member_order = "groupwise"
 autodoc_typehints = "signature"
