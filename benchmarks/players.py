@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from baselines.playerfile import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
@@ -38,6 +39,11 @@ class Limits:
     order: str | tuple[int, ...] = "cyclic"
     charge: str = "selfish"
 
+    @property
+    def common(self) -> dict[str, Any]:
+        """The options that all planners take."""
+        return {"solver": self.solver, "time_limit": self.time_limit, "seed": self.seed}
+
 
 def nash(game: Game, limits: Limits) -> Solution:
     """Equilibrium found by best-response dynamics."""
@@ -48,9 +54,7 @@ def nash(game: Game, limits: Limits) -> Solution:
         start=limits.start,
         order=limits.order,
         charge=limits.charge,
-        solver=limits.solver,
-        time_limit=limits.time_limit,
-        seed=limits.seed,
+        **limits.common,
     )
 
 
@@ -60,10 +64,8 @@ def potential(game: Game, limits: Limits) -> Solution:
 
     return potential_equilibrium(
         game,
-        solver=limits.solver,
-        time_limit=limits.time_limit,
         node_limit=limits.node_limit,
-        seed=limits.seed,
+        **limits.common,
     )
 
 
@@ -73,10 +75,8 @@ def social(game: Game, limits: Limits) -> Solution:
 
     return social_optimum(
         game,
-        solver=limits.solver,
-        time_limit=limits.time_limit,
         node_limit=limits.node_limit,
-        seed=limits.seed,
+        **limits.common,
     )
 
 

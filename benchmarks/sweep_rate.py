@@ -64,7 +64,7 @@ def _workers(folder: Path, cells: list[Cell], repeats: int) -> Iterator[Measurem
     for repeat in range(repeats + 1):
         for jobs, spent in times.items():
             path = folder / f"{repeat}-{jobs}.db"
-            spent.append(_seconds(lambda: sweep(cells, path, jobs=jobs)))  # noqa: B023
+            spent.append(_seconds(lambda: sweep(cells, path, jobs=jobs)))  # noqa: B023 - as above
     one, two = (min(spent[1:]) for spent in times.values())
     yield Measurement(f"{len(cells)} cells, one worker: s", one, 0, at_least=True)
     yield Measurement("two workers, times as fast as one", one / two, 1.7, at_least=True)

@@ -102,7 +102,7 @@ class _Descent:
                 time_limit=self.clock.left,
             )
             if found.profile is not None:
-                self._keep(found.profile)
+                self._keep(found.profile, self._worth(found.profile))
         return bool(self.profile)
 
     def run(self) -> None:
@@ -124,7 +124,7 @@ class _Descent:
             left = heat * (1 - max(k / rounds, self.clock.gone))
             if tried is not None and worth <= value + left * self.random.exponential():
                 profile, value = tried, worth
-                if self._keep(tried):
+                if self._keep(tried, worth):
                     profile, value = self.profile, self.value
 
     def _worth(self, profile: Profile) -> float:
@@ -132,9 +132,9 @@ class _Descent:
         judged = evaluate(self.game, profile)
         return INF if judged.complaints() else judged.weighted(self.weights)
 
-    def _keep(self, profile: Profile) -> bool:
-        """Take a profile, polished, if it is cheaper than the best."""
-        if self._worth(profile) > self.value - tol.IMPROVEMENT:
+    def _keep(self, profile: Profile, worth: float) -> bool:
+        """Take a profile, polished, if what it is worth is less than the best."""
+        if worth > self.value - tol.IMPROVEMENT:
             return False
         self.profile = polish(self.game, profile, self.weights, self.clock)
         self.value = self._worth(self.profile)
@@ -181,4 +181,4 @@ class _Descent:
         share = self.clock.share(EFFORTS[2])
         found = minimise(self.game, pair, self.weights, self.profile, self.solver, share)
         self.clock.take(share)
-        return found.profile is not None and self._keep(found.profile)
+        return found.profile is not None and self._keep(found.profile, self._worth(found.profile))

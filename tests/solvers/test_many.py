@@ -96,7 +96,7 @@ def test_a_tree_that_rests_goes_on_where_it_was():
     assert known is not None
 
     def tree(clock):
-        make = lambda: FixedProgram(task, arrivals, known)  # noqa: E731
+        make = lambda: FixedProgram(task, arrivals, known)  # noqa: E731 - short
         return Tree(make, 0.0, INF, clock, lambda program, point, estimate: estimate)
 
     clock = Clock(None, 20)

@@ -23,7 +23,10 @@ SETTING = Setting("l1", 3.0)
 
 def curve(objective=0.0, time=0.0, safety=0.0, crash=0.0, regret=0.0, status="equilibrium"):
     """Two agents alike; numbers are added to a base, one for each lam or one for all."""
-    column = lambda base, extra: np.repeat((base + extra + 0 * LAMS)[:, None], 2, axis=1)  # noqa: E731
+
+    def column(base, extra):
+        return np.repeat((base + extra + 0 * LAMS)[:, None], 2, axis=1)
+
     rate = 0.1 + crash + 0 * LAMS
     return Curve(
         column(10.0, objective),

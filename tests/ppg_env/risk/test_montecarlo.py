@@ -284,7 +284,8 @@ def test_counts_per_time_are_those_of_each_instant() -> None:
     counts = crash_counts(game, straight(game), 200_000, seed=4)
     assert counts.times[0, 0] == counts.times[0, 4] == 0
     spread = np.sqrt(covariances(agent, 4)[1:4, 1, 1])
-    for estimate, exact in zip(counts.each(counts.times[0, 1:4], SURE), norm.sf(2 / spread)):  # noqa: B905
+    found = counts.each(counts.times[0, 1:4], SURE)
+    for estimate, exact in zip(found, norm.sf(2 / spread), strict=True):
         assert estimate.low < exact < estimate.high
     first = counts.each(counts.first_any, SURE)
     assert first[1].hits == counts.times[0, 1]
