@@ -26,8 +26,8 @@ from ppg_env.dynamics import earliest_arrival
 from ppg_env.game import Game
 from ppg_env.objective import Weights
 from solvers.clock import Clock
-from solvers.fixed import Task
 from solvers.lemmas import Lemmas, concerned
+from solvers.meetings import Task
 from solvers.symmetry import symmetries
 
 STATES = 6

@@ -25,9 +25,9 @@ from ppg_env.plan import Plan, Profile, make_profile, straight_plan
 from ppg_env.records import frozen_array
 from solvers.certificate import proved_bound
 from solvers.clock import Clock
-from solvers.fixed import matters
 from solvers.found import Found
 from solvers.liability import Liability, make_rule
+from solvers.meetings import matters
 from solvers.minimise import ENGINE, check_solver
 from solvers.polish import polish
 from solvers.response import explain, respond

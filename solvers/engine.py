@@ -29,9 +29,10 @@ from ppg_env.objective import Weights
 from ppg_env.plan import Plan, Profile, make_plan
 from solvers.branching import Tree
 from solvers.clock import Clock
-from solvers.fixed import FixedProgram, Task, meetings
+from solvers.fixed import FixedProgram
 from solvers.found import Found
 from solvers.lemmas import Advice, Lemmas, concerned
+from solvers.meetings import Task, meetings
 from solvers.solution import Status
 from solvers.symmetry import Symmetry, identity, symmetries
 

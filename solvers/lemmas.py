@@ -18,7 +18,8 @@ import numpy as np
 
 from solvers.branching import Lemma, Tree
 from solvers.clock import Clock
-from solvers.fixed import INF, FixedProgram, Task, meetings
+from solvers.fixed import INF, FixedProgram
+from solvers.meetings import Task, meetings
 from solvers.symmetry import Symmetry
 
 PATIENCE = 500

@@ -13,7 +13,8 @@ from ppg_env.game import Game
 from ppg_env.objective import Weights
 from ppg_env.plan import Profile
 from solvers.clock import Clock
-from solvers.fixed import FixedProgram, Task, meetings
+from solvers.fixed import FixedProgram
+from solvers.meetings import Task, meetings
 from solvers.relaxation import Relaxation
 
 ROUNDS = 10

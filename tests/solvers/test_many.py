@@ -13,8 +13,9 @@ from solvers.bounds import pair_bound
 from solvers.branching import Tree
 from solvers.clock import Clock
 from solvers.engine import engine_search
-from solvers.fixed import INF, FixedProgram, Task, matters, meetings
+from solvers.fixed import INF, FixedProgram
 from solvers.lemmas import Lemmas
+from solvers.meetings import Task, matters, meetings
 from solvers.neighbourhood import descent
 from solvers.polish import polish
 from solvers.solution import Status
