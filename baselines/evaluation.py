@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppg_env import arena
-from ppg_env.arena import Episodes, Summary
+from ppg_env.env import episodes as arena
+from ppg_env.env.episodes import Episodes, Summary
+from ppg_env.env.players import Player
 from ppg_env.errors import require
-from ppg_env.game import Game
-from ppg_env.players import Player
-from ppg_env.risk.estimates import Interval, RareEstimate, RareRisk, averaged
+from ppg_env.game.game import Game
 from ppg_env.risk.splitting import split_risk
+from ppg_env.support.statistics import Interval, RareEstimate, RareRisk, averaged
 
 CONFIDENCE = 0.95
 

@@ -17,7 +17,7 @@ import torch
 
 from baselines.bridge import GameVecEnv
 from baselines.export import mean_action
-from ppg_env.players import Homing
+from ppg_env.env.players import Homing
 
 STEPS = 48
 """Steps of each copy: a few episodes."""

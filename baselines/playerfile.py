@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from baselines.policy import Policy, Team, team_players
+from ppg_env.env.players import Player
 from ppg_env.errors import InputError, placed, require
-from ppg_env.files import write_atomically
-from ppg_env.game import Agent, Game
-from ppg_env.gamefile import game_from_tables
-from ppg_env.planfile import to_json
-from ppg_env.players import Player
+from ppg_env.formats.game_file import game_from_tables
+from ppg_env.formats.plan_file import to_json
+from ppg_env.game.game import Agent, Game
+from ppg_env.support.atomic_write import write_atomically
 
 FORMAT = "path-planning-games/learned"
 VERSION = 1

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppg_env.controls import bounds
+from ppg_env.env.players import Player, View, straight_players
+from ppg_env.env.simulator import observation_size
 from ppg_env.errors import require
-from ppg_env.game import Game
-from ppg_env.players import Player, View, straight_players
-from ppg_env.records import Record
-from ppg_env.simulator import observation_size
+from ppg_env.game.game import Game
+from ppg_env.game.input_sets import bounds
+from ppg_env.support.frozen import Record
 
 ACTIVATIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "tanh": np.tanh,

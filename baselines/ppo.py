@@ -12,7 +12,7 @@ from baselines.bridge import GameVecEnv
 from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
 from baselines.turns import Args, Learner, one_thread
-from ppg_env.rules import Rules
+from ppg_env.env.rules import Rules
 
 COPIES = 256
 ROLLOUT = 16  # steps of each copy between two updates: somewhat more than an episode

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from baselines.playerfile import Learned, read_learned
 from ppg_env.errors import InputError
-from ppg_env.game import Game
+from ppg_env.game.game import Game
 
 FOLDER = Path(__file__).with_name("pretrained")
 

@@ -20,16 +20,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.policy import LearnedPlayer
-from ppg_env import arena
-from ppg_env.arena import mean_interval, trajectories
+from ppg_env.env import episodes as arena
+from ppg_env.env.episodes import mean_interval, trajectories
+from ppg_env.env.players import Player, Tracker
+from ppg_env.env.rules import Rules
 from ppg_env.errors import require
-from ppg_env.game import Game
-from ppg_env.make import override_game
-from ppg_env.plan import Plan
-from ppg_env.players import Player, Tracker
-from ppg_env.records import frozen_array
-from ppg_env.risk.estimates import Interval
-from ppg_env.rules import Rules
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Plan
+from ppg_env.scenarios.make import override_game
+from ppg_env.support.frozen import frozen_array
+from ppg_env.support.statistics import Interval
 from solvers.clock import Clock
 from solvers.liability import make_rule
 from solvers.response import respond

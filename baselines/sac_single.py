@@ -12,8 +12,8 @@ from baselines.bridge import GameVecEnv
 from baselines.export import export_policy
 from baselines.policy import Policy, Team
 from baselines.turns import Args, Learner, Progress, in_pieces, one_thread, take_turns
+from ppg_env.env.rules import Rules
 from ppg_env.errors import require
-from ppg_env.rules import Rules
 
 COPIES = 32
 BUFFER, BATCH, RATE = 200_000, 512, 1e-3

@@ -18,9 +18,9 @@ from baselines.evaluation import judge, over_runs
 from baselines.playerfile import Learned
 from baselines.policy import Team
 from ppg_env.errors import InputError, require
-from ppg_env.game import Game
-from ppg_env.gamefile import game_to_tables
-from ppg_env.make import override_game
+from ppg_env.formats.game_file import game_to_tables
+from ppg_env.game.game import Game
+from ppg_env.scenarios.make import override_game
 
 if TYPE_CHECKING:
     from baselines.turns import Args, Progress

@@ -26,10 +26,10 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from baselines.bridge import GameVecEnv
 from ppg_env.errors import InputError, require
-from ppg_env.files import write_atomically
-from ppg_env.game import Game
-from ppg_env.gamefile import game_to_tables
-from ppg_env.planfile import to_json
+from ppg_env.formats.game_file import game_to_tables
+from ppg_env.formats.plan_file import to_json
+from ppg_env.game.game import Game
+from ppg_env.support.atomic_write import write_atomically
 
 LAST_RATE = 0.05
 """Share of the learning rate that is left at the end; it falls linearly."""

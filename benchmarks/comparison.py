@@ -22,13 +22,13 @@ import numpy as np
 from baselines.evaluation import OF_A_LEVEL, Judged, judge, judge_rare, over_runs
 from benchmarks.players import RECEDING, Contender, Limits, contender
 from benchmarks.report import evaluation_report, game_name
-from ppg_env.arena import trajectories
-from ppg_env.game import Game
-from ppg_env.plan import Profile
-from ppg_env.players import information, track
-from ppg_env.risk.estimates import Estimate, Interval, RareEstimate
-from ppg_env.risk.importance import IN_SIGHT, rare_risk
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.env.episodes import trajectories
+from ppg_env.env.players import information, track
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
+from ppg_env.risk.monte_carlo import crash_counts
+from ppg_env.support.statistics import Estimate, Interval, RareEstimate
 from solvers.solution import Solution
 
 CONFIDENCE = 0.95

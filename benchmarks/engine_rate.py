@@ -11,10 +11,10 @@ import numpy as np
 
 from benchmarks.measurement import Measurement
 from benchmarks.rates import on_one_core
-from ppg_env import objective
-from ppg_env.game import Game
-from ppg_env.make import make_game
-from ppg_env.plan import straight_plan
+from ppg_env.game import objective
+from ppg_env.game.game import Game
+from ppg_env.game.plan import straight_plan
+from ppg_env.scenarios.make import make_game
 from solvers.clock import Clock
 from solvers.found import Found
 from solvers.minimise import ENGINE, minimise

@@ -10,10 +10,10 @@ import numpy as np
 
 from benchmarks.measurement import Measurement
 from benchmarks.rates import on_one_core
-from ppg_env import arena
 from ppg_env import tolerances as tol
-from ppg_env.make import make_game
-from ppg_env.players import View
+from ppg_env.env import episodes as arena
+from ppg_env.env.players import View
+from ppg_env.scenarios.make import make_game
 from solvers.dynamics import best_response_dynamics
 from solvers.joint import social_optimum
 from solvers.players import RecedingHorizon

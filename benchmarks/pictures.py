@@ -14,10 +14,10 @@ import numpy as np
 from benchmarks.comparison import Row
 from benchmarks.report import game_name
 from ppg_env.errors import InputError
-from ppg_env.files import write_atomically
-from ppg_env.game import Game
-from ppg_env.plan import Profile
-from ppg_env.render import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from ppg_env.plotting import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
+from ppg_env.support.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

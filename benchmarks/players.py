@@ -9,11 +9,11 @@ from typing import Any
 
 from baselines.playerfile import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
+from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Game
-from ppg_env.plan import straight_plan
-from ppg_env.players import Player, track
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.plan import straight_plan
 from solvers.solution import Solution, Status
 
 

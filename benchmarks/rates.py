@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measurement import Measurement
-from ppg_env.arena import evaluate
-from ppg_env.make import make_game
-from ppg_env.parallel import PathPlanningEnv
-from ppg_env.players import straight_players
-from ppg_env.simulator import Simulator
+from ppg_env.env.episodes import evaluate
+from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.players import straight_players
+from ppg_env.env.simulator import Simulator
+from ppg_env.scenarios.make import make_game
 
 COPIES = 4096
 

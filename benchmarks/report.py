@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env.evaluate import Evaluation
-from ppg_env.game import Game
+from ppg_env.game.evaluation import Evaluation
+from ppg_env.game.game import Game
 from solvers.solution import Solution
 
 

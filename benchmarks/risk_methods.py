@@ -17,14 +17,14 @@ import numpy as np
 
 from benchmarks.players import Contender, Limits
 from ppg_env.errors import InputError
-from ppg_env.game import Encounter, Game
-from ppg_env.plan import Profile
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.plan import Profile
 
 if TYPE_CHECKING:
-    from ppg_env.risk.bounds import Bounds, RiskBounds
+    from ppg_env.risk.union_bounds import Bounds, RiskBounds
 
 LADDER = ("union", "faces", "instants", "tree")
-"""Upper bounds from the paper's to the tightest, as :mod:`ppg_env.risk.bounds` names them."""
+"""Upper bounds from the paper's to the tightest, as :mod:`ppg_env.risk.union_bounds` names them."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def exact(question: Question) -> Answer:
 
 
 def _bounds(question: Question) -> RiskBounds:
-    from ppg_env.risk.bounds import risk_bounds
+    from ppg_env.risk.union_bounds import risk_bounds
 
     if question.profile is None:
         name = "this player" if question.contender is None else question.contender.name

@@ -11,15 +11,15 @@ import numpy as np
 from baselines.evaluation import OF_A_LEVEL, judge_rare
 from benchmarks.measurement import Measurement
 from benchmarks.rates import on_one_core
-from ppg_env.game import Agent, Game
-from ppg_env.plan import Profile, straight_plan
-from ppg_env.players import track
-from ppg_env.polytope import Polytope
-from ppg_env.risk.blocks import BLOCK
-from ppg_env.risk.bounds import risk_bounds
-from ppg_env.risk.estimates import RareRisk
-from ppg_env.risk.importance import IN_SIGHT, rare_risk
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.env.players import track
+from ppg_env.game.game import Agent, Game
+from ppg_env.game.plan import Profile, straight_plan
+from ppg_env.game.polytope import Polytope
+from ppg_env.risk.batches import BLOCK
+from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
+from ppg_env.risk.monte_carlo import crash_counts
+from ppg_env.risk.union_bounds import risk_bounds
+from ppg_env.support.statistics import RareRisk
 
 REPEATS = 7
 

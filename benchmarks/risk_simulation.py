@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 from baselines.evaluation import OF_A_LEVEL, judge, judge_rare
 from benchmarks.players import RECEDING
 from benchmarks.risk_methods import Answer, Chance, Question, parties
+from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
-from ppg_env.game import Encounter, Game
-from ppg_env.players import Player, track
-from ppg_env.risk.importance import IN_SIGHT, rare_risk
-from ppg_env.risk.montecarlo import crash_counts, paired_counts
+from ppg_env.game.game import Encounter, Game
+from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
+from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
 if TYPE_CHECKING:
-    from ppg_env.risk.estimates import Estimate, Interval, RareEstimate, RareRisk
-    from ppg_env.risk.montecarlo import CrashCounts, PairedCounts
+    from ppg_env.risk.monte_carlo import CrashCounts, PairedCounts
+    from ppg_env.support.statistics import Estimate, Interval, RareEstimate, RareRisk
 
 PLAIN = 1_000_000
 """Episodes that are counted unless told otherwise."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ppg_env.files import check_target
+from ppg_env.support.atomic_write import check_target
 
 FOLDER = Path("out")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import typer
 
 if TYPE_CHECKING:
-    from ppg_env.risk.estimates import Estimate, Interval, RareEstimate
+    from ppg_env.support.statistics import Estimate, Interval, RareEstimate
 
 NO_SOLUTION = 3
 PIPE_WIDTH = 124
@@ -18,7 +18,7 @@ NAME_WIDTH = 14  # the first column is not folded below this
 
 def print_json(content: Any) -> None:
     """One JSON object on stdout."""
-    from ppg_env.planfile import to_json
+    from ppg_env.formats.plan_file import to_json
 
     typer.echo(to_json(content))
 

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator
 from time import perf_counter
 
 from benchmarks.measurement import Measurement
-from ppg_env.game import Game
-from ppg_env.make import make_game
-from ppg_env.plan import Profile, straight_plan
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile, straight_plan
+from ppg_env.risk.monte_carlo import crash_counts
+from ppg_env.scenarios.make import make_game
 
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 GAINS = (0.0, 0.5)

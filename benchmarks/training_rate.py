@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.measurement import Measurement
 from benchmarks.rates import on_one_core
-from ppg_env.make import make_game
+from ppg_env.scenarios.make import make_game
 
 ROLLOUTS = 40
 

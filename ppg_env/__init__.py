@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ppg_env.env.registration import register_environments
 from ppg_env.errors import InputError
-from ppg_env.evaluate import Evaluation, evaluate
-from ppg_env.game import Agent, Game, SpectralRadiusWarning
-from ppg_env.make import make_game, scenarios
-from ppg_env.plan import Plan, Profile, make_plan, make_profile, straight_plan
-from ppg_env.polytope import Polytope
-from ppg_env.registration import register_environments
+from ppg_env.game.evaluation import Evaluation, evaluate
+from ppg_env.game.game import Agent, Game, SpectralRadiusWarning
+from ppg_env.game.plan import Plan, Profile, make_plan, make_profile, straight_plan
+from ppg_env.game.polytope import Polytope
+from ppg_env.scenarios.make import make_game, scenarios
 
 if TYPE_CHECKING:
-    from ppg_env.parallel import PathPlanningEnv
+    from ppg_env.env.parallel_env import PathPlanningEnv
+    from ppg_env.env.simulator import Simulator
+    from ppg_env.env.single_agent_env import SingleAgentEnv
     from ppg_env.path_planning_v0 import parallel_env
-    from ppg_env.simulator import Simulator
-    from ppg_env.single import SingleAgentEnv
 
 __all__ = [
     "Agent",
@@ -44,9 +44,9 @@ __all__ = [
 ]
 
 _HOMES = {
-    "PathPlanningEnv": "ppg_env.parallel",
-    "Simulator": "ppg_env.simulator",
-    "SingleAgentEnv": "ppg_env.single",
+    "PathPlanningEnv": "ppg_env.env.parallel_env",
+    "Simulator": "ppg_env.env.simulator",
+    "SingleAgentEnv": "ppg_env.env.single_agent_env",
     "parallel_env": "ppg_env.path_planning_v0",
 }
 

@@ -4,7 +4,7 @@
 
     env = path_planning_v0.parallel_env("head_on", speed="l1")
 
-See :class:`ppg_env.parallel.PathPlanningEnv` for spaces, rewards and options.
+See :class:`ppg_env.env.parallel_env.PathPlanningEnv` for spaces, rewards and options.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from ppg_env.parallel import PathPlanningEnv
+from ppg_env.env.parallel_env import PathPlanningEnv
 
 __all__ = ["env", "parallel_env", "raw_env"]
 

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
 from scipy.sparse import coo_array
 
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.game import Game
-from ppg_env.objective import Weights
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
 from solvers.clock import Clock
 from solvers.lemmas import Lemmas, concerned
 from solvers.meetings import Task

@@ -20,8 +20,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
+from ppg_env.game import objective
 from solvers.clock import Clock
 from solvers.fixed import INF, FixedProgram, Moment
 from solvers.relaxation import Choice, Relaxation

@@ -14,9 +14,9 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Game
-from ppg_env.plan import Profile
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.clock import Clock
 from solvers.found import Found
 from solvers.liability import make_rule
@@ -92,7 +92,7 @@ def proved_bound(game: Game, agent: int, cost: float, found: Found) -> float:
     """
     if found.bound <= cost + tol.AGREEMENT * max(1.0, abs(cost)):
         return found.bound
-    from ppg_env.dynamics import earliest_arrival
+    from ppg_env.game.dynamics import earliest_arrival
 
     fastest = earliest_arrival(game.agents[agent], game.horizon) or 0
     return game.agents[agent].lam * fastest

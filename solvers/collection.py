@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game import Game
-from ppg_env.plan import Profile
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.dynamics import STARTS, best_response_dynamics
 from solvers.minimise import ENGINE
 from solvers.solution import Solution, Status

@@ -19,10 +19,10 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Agent, Game
-from ppg_env.plan import Plan, Profile, make_profile, straight_plan
-from ppg_env.records import frozen_array
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Agent, Game
+from ppg_env.game.plan import Plan, Profile, make_profile, straight_plan
+from ppg_env.support.frozen import frozen_array
 from solvers.certificate import proved_bound
 from solvers.clock import Clock
 from solvers.found import Found

@@ -22,11 +22,11 @@ from itertools import count
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Game
-from ppg_env.objective import Weights
-from ppg_env.plan import Plan, Profile, make_plan
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Plan, Profile, make_plan
 from solvers.branching import Tree
 from solvers.clock import Clock
 from solvers.fixed import FixedProgram

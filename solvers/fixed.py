@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env import objective
-from ppg_env.evaluate import encounter_units
-from ppg_env.game import Game
-from ppg_env.plan import Profile, make_plan
+from ppg_env.game import objective
+from ppg_env.game.evaluation import encounter_units
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile, make_plan
 from solvers.meetings import Meeting, Task
 
 FIRST_TANGENTS = 6

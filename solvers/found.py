@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ppg_env.evaluate import Evaluation
-from ppg_env.plan import Profile
+from ppg_env.game.evaluation import Evaluation
+from ppg_env.game.plan import Profile
 from solvers.solution import Status
 
 

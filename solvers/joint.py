@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Game
-from ppg_env.objective import Weights
-from ppg_env.plan import Profile
+from ppg_env.game import objective
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Profile
 from solvers.bounds import pair_bound
 from solvers.certificate import certify
 from solvers.clock import Clock

@@ -38,8 +38,8 @@ from functools import cached_property
 import numpy as np
 
 from ppg_env.errors import InputError, require
-from ppg_env.game import Game
-from ppg_env.objective import Weights
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
 
 RULES = "selfish, pigou, partial:0.5, right-of-way or right-of-way:1-0"
 """How rules are written."""

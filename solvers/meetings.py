@@ -12,12 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
-from ppg_env.evaluate import encounter_units, margins
-from ppg_env.game import Encounter, Game
-from ppg_env.objective import Weights
-from ppg_env.plan import Plan
+from ppg_env.game import objective
+from ppg_env.game.evaluation import encounter_units, margins
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Plan
 from solvers.reach import Reach, reach_of
 
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ppg_env.game import Game
-from ppg_env.objective import Weights
-from ppg_env.plan import Profile
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Profile
 from solvers.clock import Clock
 from solvers.found import Found
 

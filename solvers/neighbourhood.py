@@ -16,10 +16,10 @@ from itertools import combinations
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.evaluate import evaluate
-from ppg_env.game import Game
-from ppg_env.plan import Profile
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.clock import Clock
 from solvers.dynamics import absent, best_response_dynamics
 from solvers.fixed import INF

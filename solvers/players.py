@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ppg_env import objective
-from ppg_env.controls import later
+from ppg_env.env.players import Homing, Player, Tracker, View
 from ppg_env.errors import InputError, require
-from ppg_env.game import Game, override
-from ppg_env.plan import Plan, Profile
-from ppg_env.players import Homing, Player, Tracker, View
-from ppg_env.records import frozen_array
+from ppg_env.game import objective
+from ppg_env.game.game import Game, override
+from ppg_env.game.input_sets import later
+from ppg_env.game.plan import Plan, Profile
+from ppg_env.support.frozen import frozen_array
 from solvers.clock import Clock
 from solvers.minimise import ENGINE, minimise
 

@@ -8,10 +8,10 @@ steps; polishing takes them together.
 from __future__ import annotations
 
 from ppg_env import tolerances as tol
-from ppg_env.evaluate import Evaluation, evaluate
-from ppg_env.game import Game
-from ppg_env.objective import Weights
-from ppg_env.plan import Profile
+from ppg_env.game.evaluation import Evaluation, evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Profile
 from solvers.clock import Clock
 from solvers.fixed import FixedProgram
 from solvers.meetings import Task, meetings

@@ -11,7 +11,7 @@ face choice z_etp in {0,1}.
                 sum_p z_etp >= 1 - D_it - D_jt            (an arrived agent is out of traffic)
                 l_et >= c(q) + c'(q) (s_et - q) - c(M') (D_it + D_jt)      for tangent points q
 
-with unit = sqrt(2) sigma_p(t), c the loss of :mod:`ppg_env.objective` (one tangent is exact for
+with unit = sqrt(2) sigma_p(t), c the loss of :mod:`ppg_env.game.objective` (one tangent is exact for
 ``margin``), and every M the smallest that the reachable sets allow.
 
     MP1   one mover, static obstacles         (best_response in a game of one agent)
@@ -30,13 +30,13 @@ from dataclasses import dataclass
 import cvxpy as cp
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
-from ppg_env.controls import spans
-from ppg_env.dynamics import earliest_arrival, goal_selector, plan_upper
-from ppg_env.evaluate import encounter_units
-from ppg_env.game import Agent, Encounter, Game
-from ppg_env.plan import Profile
+from ppg_env.game import objective
+from ppg_env.game.dynamics import earliest_arrival, goal_selector, plan_upper
+from ppg_env.game.evaluation import encounter_units
+from ppg_env.game.game import Agent, Encounter, Game
+from ppg_env.game.input_sets import spans
+from ppg_env.game.plan import Profile
 from solvers.tangents import TangentTable
 
 
@@ -184,7 +184,7 @@ class Program:
     movers
         Indices of the agents to plan.
     weights
-        Objective, see :class:`ppg_env.objective.Weights`.
+        Objective, see :class:`ppg_env.game.objective.Weights`.
     """
 
     def __init__(self, game: Game, movers: Sequence[int], weights: objective.Weights) -> None:

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env import objective
 from ppg_env import tolerances as tol
+from ppg_env.game import objective
 from solvers.backend import FEASIBILITY
 from solvers.clock import Clock
 from solvers.fixed import INF, FixedProgram, Moment, tangent

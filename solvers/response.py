@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ppg_env.errors import InputError, require
-from ppg_env.game import Game
-from ppg_env.plan import Profile
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.clock import Clock
 from solvers.found import Found
 from solvers.liability import Liability, make_rule
@@ -91,7 +91,7 @@ def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, 
 
 def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
     """Which goal cannot be reached in time, and what horizon would do."""
-    from ppg_env.dynamics import earliest_arrival
+    from ppg_env.game.dynamics import earliest_arrival
 
     for i in movers:
         agent = game.agents[i]

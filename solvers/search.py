@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.evaluate import evaluate
-from ppg_env.plan import Plan, Profile, make_plan
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.plan import Plan, Profile, make_plan
 from solvers import backend
 from solvers.clock import Clock
 from solvers.found import Found
@@ -102,7 +102,7 @@ def _judged(program: Program, given: Profile | None) -> Found | None:
 
 def _refine(program: Program) -> float:
     """Add tangents at the current margins; the weighted error that the old ones made."""
-    from ppg_env import objective
+    from ppg_env.game import objective
 
     error = 0.0
     for weight, part in zip(program.encounter_weights, program.separations, strict=True):

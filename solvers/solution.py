@@ -7,9 +7,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from ppg_env.evaluate import Evaluation
-from ppg_env.game import Game
-from ppg_env.plan import Profile
+from ppg_env.game.evaluation import Evaluation
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 
 
 class Status(StrEnum):

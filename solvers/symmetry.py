@@ -15,10 +15,10 @@ from itertools import permutations, product
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.controls import pieces
-from ppg_env.game import Agent, Game
-from ppg_env.objective import Weights
-from ppg_env.polytope import Polytope
+from ppg_env.game.game import Agent, Game
+from ppg_env.game.input_sets import pieces
+from ppg_env.game.objective import Weights
+from ppg_env.game.polytope import Polytope
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 r"""The crash-risk curve as tangents: lower bounds of a convex loss, refined where it matters.
 
-For s >= 0 the loss c(s) of :mod:`ppg_env.objective` is convex, so each tangent
+For s >= 0 the loss c(s) of :mod:`ppg_env.game.objective` is convex, so each tangent
 
     c(q) + c'(q) (s - q)  <=  c(s)
 
@@ -13,8 +13,8 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from ppg_env import objective
-from ppg_env.game import Game
+from ppg_env.game import objective
+from ppg_env.game.game import Game
 
 STATIC = 16
 """Tangent points that every table starts with, between 0 and the cap."""

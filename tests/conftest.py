@@ -8,8 +8,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from ppg_env import Game, make_game
-from ppg_env.make import SPEEDS
-from ppg_env.scenarios import registry
+from ppg_env.scenarios.make import SPEEDS
+from ppg_env.scenarios.registry import registry
 
 SMALL = {"circle": "circle(4)", "random": "random(4)", "streams": "streams(4)"}
 """Representatives of the families whose default size is more than a test needs."""

@@ -75,7 +75,7 @@ def test_importing_costs_nothing(module: str) -> None:
     assert not loaded.intersection(HEAVY)
 
 
-@pytest.mark.parametrize("module", ["ppg_env", "solvers", "ppg_env.scenarios"])
+@pytest.mark.parametrize("module", ["ppg_env", "solvers", "baselines"])
 def test_every_public_name_exists(module: str) -> None:
     loaded = import_module(module)
     for name in loaded.__all__:

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.sweeps.grid import is_grid, read_grid
 from ppg_env import make_game
-from ppg_env.gamefile import read_game
+from ppg_env.formats.game_file import read_game
 
 ROOT = Path(__file__).parents[1]
 PLAYERS = ("nash", "potential", "social", "straight", "ppo-selfish", "ppo-social")

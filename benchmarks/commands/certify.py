@@ -22,7 +22,7 @@ def certify(
     seed: SeedOption = 0,
 ) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
-    from ppg_env.planfile import read_plan
+    from ppg_env.formats.plan_file import read_plan
     from solvers.certificate import certify as prove
 
     game, profile, _ = read_plan(plan)

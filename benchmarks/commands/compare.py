@@ -27,8 +27,8 @@ from benchmarks.terminal import (
 
 if TYPE_CHECKING:
     from benchmarks.comparison import Played, Row
-    from ppg_env.game import Game
-    from ppg_env.risk.estimates import Interval
+    from ppg_env.game.game import Game
+    from ppg_env.support.statistics import Interval
 
 SCHEDULE_COLUMNS = (
     "player",
@@ -97,7 +97,7 @@ def compare(
     from benchmarks.report import game_name
     from benchmarks.targets import own_folder, target
     from ppg_env.errors import require
-    from ppg_env.make import make_game
+    from ppg_env.scenarios.make import make_game
     from solvers.minimise import check_solver
 
     known = arena is None or arena in ARENAS

@@ -30,7 +30,7 @@ def equilibria(
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
     from benchmarks.report import evaluation_report, game_name
     from ppg_env import tolerances as tol
-    from ppg_env.make import make_game
+    from ppg_env.scenarios.make import make_game
     from solvers.collection import collect_equilibria
 
     made = make_game(game, **overrides)

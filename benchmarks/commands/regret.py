@@ -42,7 +42,7 @@ def regret(
     from benchmarks.players import Limits, chosen_players, contender
     from benchmarks.report import game_name
     from ppg_env.errors import require
-    from ppg_env.make import make_game
+    from ppg_env.scenarios.make import make_game
     from solvers.minimise import check_solver
 
     (name, *others), _ = chosen_players(player, place="--player")

@@ -25,9 +25,9 @@ def render(
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
     from benchmarks.pictures import profile_picture
     from ppg_env.errors import require
-    from ppg_env.files import check_target
-    from ppg_env.make import make_game
-    from ppg_env.planfile import read_plan
+    from ppg_env.formats.plan_file import read_plan
+    from ppg_env.scenarios.make import make_game
+    from ppg_env.support.atomic_write import check_target
 
     check_target(out, ".png")
     if target.endswith(".json"):

@@ -61,7 +61,7 @@ def reproduce(
     from benchmarks.reproduction.run import report, reproduce
     from benchmarks.targets import FOLDER, own_folder, target
     from ppg_env.errors import require
-    from ppg_env.files import check_target
+    from ppg_env.support.atomic_write import check_target
 
     given = numbers("lams", lams)
     extent = Extent(

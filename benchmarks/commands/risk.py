@@ -77,8 +77,8 @@ def risk(
 
     from benchmarks.players import ARENAS, Limits
     from ppg_env.errors import require
-    from ppg_env.evaluate import evaluate
-    from ppg_env.planfile import read_plan
+    from ppg_env.formats.plan_file import read_plan
+    from ppg_env.game.evaluation import evaluate
     from solvers.minimise import check_solver
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
@@ -146,8 +146,8 @@ def _question(
     from benchmarks.players import RECEDING, chosen_players, contender
     from benchmarks.risk_methods import Question
     from ppg_env.errors import require
-    from ppg_env.make import make_game
-    from ppg_env.planfile import read_plan
+    from ppg_env.formats.plan_file import read_plan
+    from ppg_env.scenarios.make import make_game
 
     if subject.endswith(".json"):
         given = ["--player"] * (player is not None)

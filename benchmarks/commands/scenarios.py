@@ -8,7 +8,7 @@ from benchmarks.terminal import print_json, print_table
 
 def scenarios(as_json: JsonOption = False, seed: SeedOption = 0) -> None:
     """List the scenarios and families of games."""
-    from ppg_env.make import scenarios as listing
+    from ppg_env.scenarios.make import scenarios as listing
 
     known = listing()
     if as_json:

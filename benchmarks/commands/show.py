@@ -10,7 +10,7 @@ from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_o
 from benchmarks.terminal import print_json, print_table
 
 if TYPE_CHECKING:
-    from ppg_env.game import Agent
+    from ppg_env.game.game import Agent
 
 
 @with_game_options
@@ -22,10 +22,10 @@ def show(
     seed: SeedOption = 0,
 ) -> None:
     """Show a game: its agents, obstacles and weights; write it as a TOML file."""
-    from ppg_env.dynamics import earliest_arrival
-    from ppg_env.files import check_target, write_atomically
-    from ppg_env.gamefile import game_to_tables, game_to_toml
-    from ppg_env.make import make_game
+    from ppg_env.formats.game_file import game_to_tables, game_to_toml
+    from ppg_env.game.dynamics import earliest_arrival
+    from ppg_env.scenarios.make import make_game
+    from ppg_env.support.atomic_write import check_target, write_atomically
 
     made = make_game(game, **overrides)
     if out is not None:
@@ -70,7 +70,7 @@ def show(
 
 def _speed_sets(agent: Agent) -> str:
     """The set's kind; where it changes, also from when on and how large the inputs may be."""
-    from ppg_env.controls import pieces
+    from ppg_env.game.input_sets import pieces
 
     known = pieces(agent.control)
     if len(known) == 1:

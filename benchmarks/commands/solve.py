@@ -18,7 +18,7 @@ from benchmarks.options import (
 from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
 
 if TYPE_CHECKING:
-    from ppg_env.game import Game
+    from ppg_env.game.game import Game
     from solvers.solution import Solution
 
 SOLUTIONS = ("nash", "potential", "social", "best-response")
@@ -61,9 +61,9 @@ def solve(
     """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
     from benchmarks.report import solution_report
     from ppg_env.errors import require
-    from ppg_env.files import check_target
-    from ppg_env.make import make_game
-    from ppg_env.planfile import write_plan
+    from ppg_env.formats.plan_file import write_plan
+    from ppg_env.scenarios.make import make_game
+    from ppg_env.support.atomic_write import check_target
 
     require(
         solution in SOLUTIONS, "--solution", f"is {solution!r}", "write " + ", ".join(SOLUTIONS)
@@ -136,7 +136,7 @@ def _best_response(
 ) -> Solution:
     from benchmarks.players import PLANNERS, Limits
     from ppg_env.errors import require
-    from ppg_env.planfile import read_plan
+    from ppg_env.formats.plan_file import read_plan
     from solvers.response import best_response, check_agent
 
     check_agent(game, agent)

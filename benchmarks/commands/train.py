@@ -54,9 +54,9 @@ def train(
     from baselines.training import METHODS, train_players
     from benchmarks.options import numbers
     from benchmarks.targets import target
+    from ppg_env.env.rules import CHOICES
     from ppg_env.errors import require
-    from ppg_env.make import make_game
-    from ppg_env.rules import CHOICES
+    from ppg_env.scenarios.make import make_game
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(

@@ -65,8 +65,8 @@ def _orders(size: int) -> list[tuple[int, ...]]:
 
 def digest(row: sweeps.Row) -> Row:
     """The game, how the run began, and the equilibrium with its name."""
-    from ppg_env.gamefile import game_from_tables
-    from ppg_env.plan import make_profile
+    from ppg_env.formats.game_file import game_from_tables
+    from ppg_env.game.plan import make_profile
     from solvers.collection import passing
 
     game = game_from_tables(row.game, row.scenario)

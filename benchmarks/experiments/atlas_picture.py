@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.experiments.atlas import Game, Kind
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -25,10 +25,10 @@ from baselines.evaluation import Judged, judge, over_runs
 from baselines.pretrained import find_pretrained
 from benchmarks.experiments.results import Row, by_speed, probability
 from benchmarks.experiments.study import PAPER, SPEEDS, Choice, Study, Table
-from ppg_env.game import Game
-from ppg_env.make import make_game
-from ppg_env.players import Player, track
-from ppg_env.risk.estimates import Interval
+from ppg_env.env.players import Player, track
+from ppg_env.game.game import Game
+from ppg_env.scenarios.make import make_game
+from ppg_env.support.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.experiments.liability import RESTORED, RULES, Game, worst
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

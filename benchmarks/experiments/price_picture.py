@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.experiments.prices import EQUILIBRIA, Price
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

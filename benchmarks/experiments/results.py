@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from benchmarks import sweeps
 from benchmarks.sweeps.pool import Died, each_done
 from ppg_env.errors import InputError
-from ppg_env.files import write_atomically
-from ppg_env.planfile import to_json
+from ppg_env.formats.plan_file import to_json
+from ppg_env.support.atomic_write import write_atomically
 
 FORMAT = "path-planning-games/results"
 

@@ -9,7 +9,7 @@ from benchmarks.experiments.prices import Price
 from benchmarks.experiments.results import Row
 from benchmarks.experiments.scaling import LIMIT, LONG, PLAYERS, size_of
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.experiments.price_picture import draw_risk, frame
 from benchmarks.experiments.prices import EQUILIBRIA, Price
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

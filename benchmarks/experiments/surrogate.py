@@ -67,9 +67,9 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
 
 def digest(row: sweeps.Row) -> Row:
     """The plan's scores under every cap, the smallest margin of each time, and its crashes."""
-    from ppg_env.evaluate import evaluate
-    from ppg_env.gamefile import game_from_tables
-    from ppg_env.plan import make_profile
+    from ppg_env.formats.game_file import game_from_tables
+    from ppg_env.game.evaluation import evaluate
+    from ppg_env.game.plan import make_profile
 
     game = game_from_tables(row.game, row.scenario)
     profile = make_profile(game, row.controls or [])

@@ -9,7 +9,7 @@ from benchmarks.experiments.orders import Game, clearest
 from benchmarks.experiments.results import NEGLIGIBLE, Row, chance, limits
 from benchmarks.experiments.surrogate import CAPS, SCORES, plan_name
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

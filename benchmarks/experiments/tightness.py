@@ -1,7 +1,7 @@
 r"""How tight are the bounds on the crash probability?
 
 Every cell is a plan: a scenario, a speed set, an objective, a gain, a lam, and who planned.  On it
-the certified bounds of :mod:`ppg_env.risk.bounds` meet simulation, for the event that anybody
+the certified bounds of :mod:`ppg_env.risk.union_bounds` meet simulation, for the event that anybody
 crashes:
 
     union >= faces >= instants >= tree >= Pr(crash),     counted = hits / episodes
@@ -21,8 +21,8 @@ import numpy as np
 
 from benchmarks.experiments.results import Row, by_speed, probability
 from benchmarks.experiments.study import PAPER, Choice, Study, Table
-from ppg_env.game import Game
-from ppg_env.make import make_game
+from ppg_env.game.game import Game
+from ppg_env.scenarios.make import make_game
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -79,9 +79,9 @@ def cells(choice: Choice) -> list[Cell]:
 def run_cell(cell: Cell, episodes: int, seed: int) -> Row:
     """Plan, bound and count; a row without ``bounds`` has the ``reason`` why there is no plan."""
     from benchmarks.players import PLANNERS, Limits
-    from ppg_env.risk.bounds import risk_bounds
-    from ppg_env.risk.estimates import proportion
-    from ppg_env.risk.montecarlo import crash_counts
+    from ppg_env.risk.monte_carlo import crash_counts
+    from ppg_env.risk.union_bounds import risk_bounds
+    from ppg_env.support.statistics import proportion
 
     game = cell.game()
     row: Row = vars(cell) | {"episodes": episodes, "seed": seed}
@@ -168,7 +168,7 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
 
 def _lowest(row: Row, plans: int) -> float:
     """Lower limit of a count; those of so many ``plans`` hold together."""
-    from ppg_env.risk.estimates import proportion
+    from ppg_env.support.statistics import proportion
 
     return proportion(row["hits"], row["episodes"], 1 - (1 - CONFIDENCE) / plans).low
 

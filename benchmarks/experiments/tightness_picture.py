@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.experiments.results import Row
 from benchmarks.experiments.tightness import BOUNDS, OBJECTIVES
 from benchmarks.pictures import new_figure
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,9 +15,9 @@ from benchmarks.reproduction.curves import Panel
 from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Place
 from benchmarks.reproduction.run import Reproduction
 from benchmarks.sweeps import Row
-from ppg_env.game import Game
-from ppg_env.gamefile import game_from_tables
-from ppg_env.render import COLOURS, outline, plane
+from ppg_env.formats.game_file import game_from_tables
+from ppg_env.game.game import Game
+from ppg_env.plotting import COLOURS, outline, plane
 
 DECIMALS = 3
 """Of coordinates: a thousandth of a length, far below what a screen shows."""

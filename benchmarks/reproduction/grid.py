@@ -16,7 +16,7 @@ from itertools import product
 
 from benchmarks.sweeps import Cell
 from ppg_env.errors import InputError, require
-from ppg_env.make import make_game
+from ppg_env.scenarios.make import make_game
 
 FIRST_TWO = ("opposing", "head_on", "parallel")
 """The paper's first two scenarios, in both readings of the first."""

@@ -13,8 +13,8 @@ from string import Template
 from benchmarks.reproduction import sections
 from benchmarks.reproduction.explorer import explorer_data
 from benchmarks.reproduction.run import Reproduction
-from ppg_env.files import write_atomically
-from ppg_env.planfile import to_json
+from ppg_env.formats.plan_file import to_json
+from ppg_env.support.atomic_write import write_atomically
 
 FOLDER = Path(__file__).parent
 

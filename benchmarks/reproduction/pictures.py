@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.pictures import new_figure
 from benchmarks.reproduction.curves import Curve, Panel
 from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, POTENTIAL, SOCIAL
-from ppg_env.render import COLOURS
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,9 +22,9 @@ from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
 from benchmarks.players import ARENAS, FILE, Limits, chosen_players
 from ppg_env.errors import InputError, require
-from ppg_env.game import Game
-from ppg_env.gamefile import game_to_tables
-from ppg_env.make import make_game
+from ppg_env.formats.game_file import game_to_tables
+from ppg_env.game.game import Game
+from ppg_env.scenarios.make import make_game
 
 FORMAT = 2
 """To be raised whenever a cell gives another row than before: old rows are then not found."""

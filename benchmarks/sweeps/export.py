@@ -15,7 +15,7 @@ from typing import Any
 
 from benchmarks.sweeps.row import COLUMNS, PACKED, Row
 from ppg_env.errors import InputError, require
-from ppg_env.files import write_atomically
+from ppg_env.support.atomic_write import write_atomically
 
 SUFFIXES = (".csv", ".parquet")
 

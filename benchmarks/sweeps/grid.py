@@ -24,7 +24,7 @@ from typing import Any
 from benchmarks.players import FILE, chosen_players
 from benchmarks.sweeps.cell import CHARGED, DYNAMIC, SELFISH, Cell
 from ppg_env.errors import InputError, placed, require
-from ppg_env.gamefile import read_tables
+from ppg_env.formats.game_file import read_tables
 
 
 @dataclass(frozen=True)

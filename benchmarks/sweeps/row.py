@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.sweeps.cell import Cell
-from ppg_env.controls import pieces
-from ppg_env.gamefile import game_to_tables
-from ppg_env.planfile import to_json
+from ppg_env.formats.game_file import game_to_tables
+from ppg_env.formats.plan_file import to_json
+from ppg_env.game.input_sets import pieces
 
 FAILED = "failed"
 """Status of a cell that ended in an error."""

@@ -21,7 +21,7 @@ from benchmarks.sweeps.pool import LOKY, Died, check_backend, each_done
 from benchmarks.sweeps.row import FAILED, Row, make_row
 from benchmarks.sweeps.store import Store
 from ppg_env.errors import InputError, require
-from ppg_env.game import SpectralRadiusWarning
+from ppg_env.game.game import SpectralRadiusWarning
 
 Task = tuple[Cell, str]
 """A cell and its address."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from benchmarks.sweeps.row import Row
 from benchmarks.terminal import print_table, probability, times
-from ppg_env.risk.estimates import Interval
+from ppg_env.support.statistics import Interval
 
 SHOWN = 60
 """Rows printed at most; the store has them all."""

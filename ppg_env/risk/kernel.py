@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ppg_env.kernel import ARRIVED, TRAFFIC
+from ppg_env.env.kernel import ARRIVED, TRAFFIC
 
 
 @njit(cache=True, nogil=True)
@@ -171,7 +171,7 @@ def densities(errors, parties, times, normals, offsets, rates, out):
 def approach(state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
     """Lower ``closest`` (C,) to the smallest margin of the bodies that might collide now.
 
-    As the environment sees them after a step (:mod:`ppg_env.kernel`): pairs with one in traffic
+    As the environment sees them after a step (:mod:`ppg_env.env.kernel`): pairs with one in traffic
     and the other in traffic or parked, agents in traffic and obstacles.
     """
     for c in range(closest.size):

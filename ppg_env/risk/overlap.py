@@ -19,8 +19,8 @@ from scipy.special import log_ndtr
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import require
-from ppg_env.polytope import Polytope
-from ppg_env.risk.gaussian import log_interval, log_polygon, log_polyhedron
+from ppg_env.game.polytope import Polytope
+from ppg_env.risk.polytope_probability import log_interval, log_polygon, log_polyhedron
 
 UNCORRELATED = 1e-13
 """A covariance whose correlations are below this is diagonal: at z deviations they would change a

@@ -29,15 +29,15 @@ from math import exp, sqrt
 
 import numpy as np
 
-from ppg_env.arena import check_players, play
+from ppg_env.env.episodes import check_players, play
+from ppg_env.env.players import Player
+from ppg_env.env.rules import Rules
+from ppg_env.env.simulator import Simulator
 from ppg_env.errors import require
-from ppg_env.game import Game
-from ppg_env.players import Player
+from ppg_env.game.game import Game
 from ppg_env.risk import kernel
-from ppg_env.risk.blocks import check_request, generator
-from ppg_env.risk.estimates import RareRisk, counted, proportion, repeated
-from ppg_env.rules import Rules
-from ppg_env.simulator import Simulator
+from ppg_env.risk.batches import check_request, generator
+from ppg_env.support.statistics import RareRisk, counted, proportion, repeated
 
 KEY = 2
 """Sets the noise apart from that of other methods with the same seed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ppg_env.polytope import Polytope
+from ppg_env.game.polytope import Polytope
 
 
 @dataclass(frozen=True)

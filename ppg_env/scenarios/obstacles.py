@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ppg_env.polytope import Polytope
+from ppg_env.game.polytope import Polytope
 from ppg_env.scenarios.course import Course
 
 

@@ -11,8 +11,8 @@ from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from baselines import GameVecEnv
 from ppg_env import Game, Polytope, SingleAgentEnv, make_game, parallel_env
-from ppg_env.players import Homing
-from ppg_env.rules import Rules
+from ppg_env.env.players import Homing
+from ppg_env.env.rules import Rules
 
 
 def rollout(env, steps, seed=0):

@@ -7,8 +7,9 @@ import pytest
 
 from baselines import judge
 from baselines.evaluation import over_runs
-from ppg_env import Game, InputError, arena
-from ppg_env.players import Homing, straight_players
+from ppg_env import Game, InputError
+from ppg_env.env import episodes as arena
+from ppg_env.env.players import Homing, straight_players
 
 
 def test_run_r_plays_group_r(game: Game) -> None:

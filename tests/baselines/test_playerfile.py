@@ -15,7 +15,7 @@ import pytest
 
 from baselines import Learned, read_learned, write_learned
 from ppg_env import Game, InputError, make_game
-from ppg_env.gamefile import game_to_tables
+from ppg_env.formats.game_file import game_to_tables
 from tests.baselines.conftest import small_policy
 
 ROOT = Path(__file__).parents[2]

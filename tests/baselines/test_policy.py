@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from baselines import GameVecEnv, LearnedPlayer, Policy, export_policy
 from baselines.policy import team_players
 from ppg_env import Game, InputError, make_game
-from ppg_env.simulator import Simulator
+from ppg_env.env.simulator import Simulator
 from tests.baselines.conftest import small_policy
 
 

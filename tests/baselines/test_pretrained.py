@@ -10,9 +10,10 @@ import pytest
 from baselines import find_pretrained, judge, read_learned
 from baselines.pretrained import PLAYERS, available
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_from_tables
-from ppg_env.make import SPEEDS, override_game
-from ppg_env.scenarios import paper, registry
+from ppg_env.formats.game_file import game_from_tables
+from ppg_env.scenarios import paper
+from ppg_env.scenarios.make import SPEEDS, override_game
+from ppg_env.scenarios.registry import registry
 
 PAPER = [name for name, function in registry().items() if function.__module__ == paper.__name__]
 EPISODES = 4000

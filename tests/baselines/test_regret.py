@@ -6,8 +6,8 @@ import pytest
 
 from baselines import Learned, regret_bounds
 from ppg_env import Game, InputError, make_game
-from ppg_env.make import override_game
-from ppg_env.players import straight_players, track
+from ppg_env.env.players import straight_players, track
+from ppg_env.scenarios.make import override_game
 from solvers import best_response_dynamics
 
 

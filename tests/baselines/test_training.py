@@ -8,7 +8,7 @@ import pytest
 from baselines import Learned, judge, train_players
 from baselines.training import METHODS
 from ppg_env import Agent, Game, InputError, Polytope, make_game
-from ppg_env.players import straight_players
+from ppg_env.env.players import straight_players
 
 
 @pytest.mark.slow

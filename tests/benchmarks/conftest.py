@@ -13,7 +13,7 @@ import pytest
 from baselines import Learned, write_learned
 from benchmarks.cli import main
 from ppg_env import make_game
-from ppg_env.gamefile import game_to_tables
+from ppg_env.formats.game_file import game_to_tables
 from tests.baselines.conftest import small_policy
 
 

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.commands.risk import METHODS
 from benchmarks.risk_methods import Chance, at_most
 from ppg_env import evaluate
-from ppg_env.planfile import read_plan
+from ppg_env.formats.plan_file import read_plan
 from solvers import certify
 from tests.benchmarks.judges import timeless
 

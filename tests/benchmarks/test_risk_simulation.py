@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from ppg_env.planfile import read_plan
-from ppg_env.risk.importance import rare_risk
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.formats.plan_file import read_plan
+from ppg_env.risk.importance_sampling import rare_risk
+from ppg_env.risk.monte_carlo import crash_counts
 from tests.benchmarks.judges import timeless
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 from typing import Any
 
-from ppg_env.rules import CHOICES
+from ppg_env.env.rules import CHOICES
 
 LIFE_CYCLES: list[dict[str, Any]] = [
     {"arrival": arrival, "on_goal": goal, "on_crash": crash, "sharing": sharing}

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import linprog, nnls
 
 from ppg_env import Game
-from ppg_env.dynamics import covariances
-from ppg_env.rules import Rules
+from ppg_env.env.rules import Rules
+from ppg_env.game.dynamics import covariances
 
 
 @dataclass

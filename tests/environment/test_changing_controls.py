@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ppg_env import Game, Polytope, make_game, straight_plan
-from ppg_env.controls import excess
-from ppg_env.parallel import PathPlanningEnv
-from ppg_env.players import Homing, Player, straight_players, track
-from ppg_env.rules import Rules
-from ppg_env.simulator import Simulator
+from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.players import Homing, Player, straight_players, track
+from ppg_env.env.rules import Rules
+from ppg_env.env.simulator import Simulator
+from ppg_env.game.input_sets import excess
 from solvers import social_optimum
 from solvers.players import receding_horizon
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ppg_env import InputError, Simulator, arena, make_game
-from ppg_env.players import Homing, straight_players
-from ppg_env.rules import Rules
+from ppg_env import InputError, Simulator, make_game
+from ppg_env.env import episodes as arena
+from ppg_env.env.players import Homing, straight_players
+from ppg_env.env.rules import Rules
 
 
 def test_each_copy_is_paid_by_its_own_lam() -> None:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ppg_env import Game, arena, evaluate, make_game
-from ppg_env.parallel import PathPlanningEnv
-from ppg_env.players import Homing, straight_players, track
-from ppg_env.risk.montecarlo import crash_counts
-from ppg_env.rules import Rules
+from ppg_env import Game, evaluate, make_game
+from ppg_env.env import episodes as arena
+from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.players import Homing, straight_players, track
+from ppg_env.env.rules import Rules
+from ppg_env.risk.monte_carlo import crash_counts
 from solvers import best_response_dynamics
 
 PAPER = ["opposing", "head_on", "parallel", "intersection", "intersection3"]

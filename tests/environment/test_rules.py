@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ppg_env import Agent, Game, Polytope, make_game
-from ppg_env.parallel import PathPlanningEnv
-from ppg_env.rules import Rules, make_rules
-from ppg_env.simulator import Simulator
+from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.rules import Rules, make_rules
+from ppg_env.env.simulator import Simulator
 from tests.environment.conftest import LIFE_CYCLES, name, with_schedule
 from tests.environment.slow_environment import SlowGame
 

@@ -11,7 +11,7 @@ from shapely.affinity import translate
 from shapely.geometry import MultiPoint
 
 from ppg_env import InputError, Polytope
-from ppg_env.polytope import collision_set
+from ppg_env.game.polytope import collision_set
 from tests.ppg_env.strategies import bodies, hulls
 
 TRIANGLE = Polytope.from_vertices([[0, 0], [4, 0], [0, 3]])

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, evaluate, make_game, make_plan, straight_plan
-from ppg_env.controls import bounds, excess, later, pieces, room, spans
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.gamefile import game_from_tables, game_to_tables
+from ppg_env.formats.game_file import game_from_tables, game_to_tables
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.input_sets import bounds, excess, later, pieces, room, spans
 from tests.ppg_env.strategies import changing, controls
 
 FAST, SLOW, STILL = Polytope.box([20.0, 20.0]), Polytope.l1(5.0), Polytope.box([0.0, 0.0])

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, Polytope, make_game, make_plan
 from ppg_env import tolerances as tol
-from ppg_env.dynamics import (
+from ppg_env.errors import InputError
+from ppg_env.game.dynamics import (
     BackwardReach,
     covariances,
     earliest_arrival,
@@ -18,8 +19,7 @@ from ppg_env.dynamics import (
     reach_upper,
     rollout,
 )
-from ppg_env.errors import InputError
-from ppg_env.game import override
+from ppg_env.game.game import override
 from tests.ppg_env.strategies import agents, double_integrator
 
 SHAPE = Polytope.box([1.0, 1.0])

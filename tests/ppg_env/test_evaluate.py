@@ -16,8 +16,8 @@ from ppg_env import (
     make_profile,
     straight_plan,
 )
-from ppg_env.game import override
-from ppg_env.plan import Profile
+from ppg_env.game.game import override
+from ppg_env.game.plan import Profile
 from tests.ppg_env.slow_evaluator import judge
 from tests.ppg_env.strategies import Play, double_integrator, plays
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game
-from ppg_env.game import override
-from ppg_env.polytope import collision_set
+from ppg_env.game.game import override
+from ppg_env.game.polytope import collision_set
 
 SHAPE, CONTROL = Polytope.box([2.0, 2.0]), Polytope.box([2.0, 2.0])
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game
-from ppg_env.gamefile import game_from_tables, game_to_tables, game_to_toml, read_game
+from ppg_env.formats.game_file import game_from_tables, game_to_tables, game_to_toml, read_game
 from tests.ppg_env.strategies import double_integrator, games
 
 MINIMAL = """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game, scenarios
-from ppg_env.gamefile import game_to_toml
+from ppg_env.formats.game_file import game_to_toml
 
 CALLS_REFUSED = [
     "circle(",

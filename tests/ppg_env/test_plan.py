@@ -14,7 +14,7 @@ from ppg_env import (
     make_profile,
     straight_plan,
 )
-from ppg_env.dynamics import rollout
+from ppg_env.game.dynamics import rollout
 from tests.ppg_env.strategies import Play, double_integrator, plays
 
 

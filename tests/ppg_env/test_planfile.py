@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from ppg_env import Game, InputError, evaluate, make_game, straight_plan
-from ppg_env.files import write_atomically
-from ppg_env.plan import Profile
-from ppg_env.planfile import read_plan, to_json, write_plan
+from ppg_env.formats.plan_file import read_plan, to_json, write_plan
+from ppg_env.game.plan import Profile
+from ppg_env.support.atomic_write import write_atomically
 from tests.ppg_env.strategies import Play, plays
 
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 
 from ppg_env import Game, Plan, Polytope, make_game, make_plan
-from ppg_env.game import override
-from ppg_env.records import frozen_array
+from ppg_env.game.game import override
+from ppg_env.support.frozen import frozen_array
 from tests.ppg_env.strategies import games
 
 

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from ppg_env import Game, evaluate, make_game, straight_plan
-from ppg_env.dynamics import earliest_arrival
-from ppg_env.game import override
-from ppg_env.polytope import collision_set
-from ppg_env.scenarios import Course, registry
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.game import override
+from ppg_env.game.polytope import collision_set
+from ppg_env.scenarios.course import Course
+from ppg_env.scenarios.registry import registry
 
 PACKAGE = import_module("ppg_env.scenarios")  # the name ppg_env.scenarios is the function
 

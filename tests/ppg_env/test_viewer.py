@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from ppg_env import Agent, Game, InputError, Polytope, path_planning_v0
-from ppg_env.parallel import PathPlanningEnv
+from ppg_env.env.parallel_env import PathPlanningEnv
 
 pytest.importorskip("PIL", reason="pictures need the extra `render`")
 
 from PIL import Image
 
-from ppg_env.canvas import EMBER, FLAME, GREY, Sheet, hatch
-from ppg_env.gif import write_gif
-from ppg_env.viewer import CAPTION, EVENT_STEPS
+from ppg_env.env.canvas import EMBER, FLAME, GREY, Sheet, hatch
+from ppg_env.env.gif import write_gif
+from ppg_env.env.viewer import CAPTION, EVENT_STEPS
 
 QUIET = 1e-9
 """Noise so small that straight agents stay on their lines."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import Agent, Game, InputError, Polytope, make_profile
-from ppg_env.controls import Controls
-from ppg_env.plan import Profile, make_plan
+from ppg_env.game.input_sets import Controls
+from ppg_env.game.plan import Profile, make_plan
 
 HORIZON = 6
 

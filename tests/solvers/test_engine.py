@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from ppg_env import evaluate, make_game, objective
-from ppg_env.make import SPEEDS
-from ppg_env.plan import straight_plan
+from ppg_env import evaluate, make_game
+from ppg_env.game import objective
+from ppg_env.game.plan import straight_plan
+from ppg_env.scenarios.make import SPEEDS
 from solvers.clock import Clock
 from solvers.engine import engine_search
 from solvers.minimise import ENGINE, check_solver, minimise

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ppg_env import Polytope, evaluate, make_game, objective
-from ppg_env.controls import pieces
-from ppg_env.dynamics import earliest_arrival
+from ppg_env import Polytope, evaluate, make_game
+from ppg_env.game import objective
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.input_sets import pieces
 from solvers import best_response, certify, potential_equilibrium, social_optimum
 from solvers.clock import Clock
 from solvers.engine import engine_search

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ppg_env import Agent, Game, Polytope, evaluate, make_game
-from ppg_env.make import override_game
+from ppg_env.scenarios.make import override_game
 from solvers import (
     Status,
     best_response,

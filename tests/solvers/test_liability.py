@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppg_env import InputError, evaluate, make_game, objective, straight_plan
+from ppg_env import InputError, evaluate, make_game, straight_plan
+from ppg_env.game import objective
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.liability import make_rule
 from solvers.solution import Status

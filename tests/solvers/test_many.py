@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ppg_env import evaluate, make_game, objective
-from ppg_env.game import override
-from ppg_env.plan import straight_plan
+from ppg_env import evaluate, make_game
+from ppg_env.game import objective
+from ppg_env.game.game import override
+from ppg_env.game.plan import straight_plan
 from solvers import best_response_dynamics, certify, social_optimum
 from solvers.bounds import pair_bound
 from solvers.branching import Tree

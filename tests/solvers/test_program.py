@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ppg_env import evaluate, make_game, make_plan, make_profile, objective, straight_plan
+from ppg_env import evaluate, make_game, make_plan, make_profile, straight_plan
+from ppg_env.game import objective
 from solvers import backend
 from solvers.program import Program
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import make_game
-from ppg_env.objective import loss
+from ppg_env.game.objective import loss
 from solvers.tangents import SLOTS, TangentTable
 
 CAPS = st.floats(0.5, 26.0)

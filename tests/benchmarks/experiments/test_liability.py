@@ -7,8 +7,8 @@ from math import inf
 import pytest
 
 from benchmarks.experiments import liability
-from ppg_env.gamefile import game_from_tables
-from ppg_env.plan import make_profile
+from ppg_env.formats.game_file import game_from_tables
+from ppg_env.game.plan import make_profile
 from solvers import certify
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 

@@ -11,10 +11,10 @@ from scipy.stats import binomtest
 from benchmarks.comparison import FEW
 from benchmarks.experiments import price, prices
 from benchmarks.experiments.results import NEGLIGIBLE
-from ppg_env.evaluate import evaluate
-from ppg_env.gamefile import game_from_tables
-from ppg_env.plan import make_profile
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.formats.game_file import game_from_tables
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.plan import make_profile
+from ppg_env.risk.monte_carlo import crash_counts
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 
 limits = st.floats(0.0, 1.0).flatmap(

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.experiments import surrogate
 from benchmarks.experiments.surrogate import CAPS
-from ppg_env.objective import crash_risk
+from ppg_env.game.objective import crash_risk
 
 
 @pytest.mark.slow

@@ -63,7 +63,7 @@ def test_equilibria_are_certified_by_a_fresh_solve(found):
 
 
 def _profile(game, controls):
-    from ppg_env.plan import make_profile
+    from ppg_env.game.plan import make_profile
 
     return make_profile(game, controls)
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from baselines import read_learned, write_learned
 from benchmarks.sweeps import Cell
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_to_toml
-from ppg_env.polytope import Polytope
+from ppg_env.formats.game_file import game_to_toml
+from ppg_env.game.polytope import Polytope
 
 CELL = Cell("head_on", "nash", {"speed": "l1"}, arena="env")
 

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.sweeps.grid import Grid, field_values, is_grid, read_grid, whole_numbers
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_to_toml
+from ppg_env.formats.game_file import game_to_toml
 
 FILE = """
 [sweep]

@@ -19,8 +19,8 @@ from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.pool import Died, each_done
 from benchmarks.sweeps.run import part, play
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_from_tables, game_to_toml
-from ppg_env.polytope import Polytope
+from ppg_env.formats.game_file import game_from_tables, game_to_toml
+from ppg_env.game.polytope import Polytope
 from solvers import best_response_dynamics
 from tests.benchmarks.sweeps.conftest import quick, timeless
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from benchmarks.sweeps import Row, Store
 from benchmarks.sweeps.row import COLUMNS
 from ppg_env import InputError, make_game
-from ppg_env.gamefile import game_from_tables
+from ppg_env.formats.game_file import game_from_tables
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ppg_env import Agent, Game, Polytope
-from ppg_env.plan import Profile
+from ppg_env.game.plan import Profile
 from tests.ppg_env.risk.plain import fly
 
 

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from ppg_env import Agent, Game, Polytope, make_game, straight_plan
-from ppg_env.plan import Profile
-from ppg_env.planfile import to_json
-from ppg_env.risk.montecarlo import paired_counts
+from ppg_env.formats.plan_file import to_json
+from ppg_env.game.plan import Profile
+from ppg_env.risk.monte_carlo import paired_counts
 from tests.ppg_env.strategies import double_integrator
 
 FILE = Path(__file__).with_suffix(".json")

@@ -12,10 +12,10 @@ from scipy.special import ndtr
 from scipy.stats import multivariate_normal
 
 from ppg_env import Agent, Game, Polytope, evaluate, make_game, make_profile
-from ppg_env.game import override
-from ppg_env.plan import Profile
-from ppg_env.risk.bounds import Bounds, risk_bounds
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.game.game import override
+from ppg_env.game.plan import Profile
+from ppg_env.risk.monte_carlo import crash_counts
+from ppg_env.risk.union_bounds import Bounds, risk_bounds
 from tests.ppg_env.risk.test_montecarlo import DELAYS, close_pair, straight
 from tests.ppg_env.strategies import Play, double_integrator, plays
 

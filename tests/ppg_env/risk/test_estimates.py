@@ -5,7 +5,7 @@ import pytest
 from scipy.special import gammaln, xlogy
 from scipy.stats import beta
 
-from ppg_env.risk.estimates import (
+from ppg_env.support.statistics import (
     Estimate,
     RareEstimate,
     averaged,

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppg_env.risk.gaussian import log_interval, log_polygon, log_polyhedron
 from ppg_env.risk.overlap import surface
+from ppg_env.risk.polytope_probability import log_interval, log_polygon, log_polyhedron
 from tests.ppg_env.strategies import hulls
 
 SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)

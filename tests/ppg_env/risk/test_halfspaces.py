@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppg_env.risk.blocks import BLOCK, generator
-from ppg_env.risk.flight import Flight, make_flight
-from ppg_env.risk.halfspaces import cover
-from ppg_env.risk.streams import streams
+from ppg_env.risk.batches import BLOCK, generator
+from ppg_env.risk.covering_halfspaces import cover
+from ppg_env.risk.crash_events import Flight, make_flight
+from ppg_env.risk.error_process import streams
 from tests.ppg_env.risk.plain import case
 from tests.ppg_env.strategies import Play, plays
 

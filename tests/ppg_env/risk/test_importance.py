@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, norm
 
 from ppg_env import Game, InputError, evaluate, make_game
-from ppg_env.game import override
-from ppg_env.risk.blocks import BLOCK
-from ppg_env.risk.importance import rare_risk
-from ppg_env.risk.montecarlo import crash_counts
+from ppg_env.game.game import override
+from ppg_env.risk.batches import BLOCK
+from ppg_env.risk.importance_sampling import rare_risk
+from ppg_env.risk.monte_carlo import crash_counts
 from tests.ppg_env.risk.closed_forms import boxes, wall
 from tests.ppg_env.risk.plain import CASES, case, counted, fly
 from tests.ppg_env.strategies import Play, plays

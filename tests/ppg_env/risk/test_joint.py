@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from ppg_env import Polytope
-from ppg_env.risk.estimates import proportion
-from ppg_env.risk.joint import log_joint_bound
+from ppg_env.risk.joint_bounds import log_joint_bound
 from ppg_env.risk.overlap import log_overlap
+from ppg_env.support.statistics import proportion
 from tests.ppg_env.strategies import bodies, covariances
 
 BOX, HEXAGON = Polytope.box([6.0, 4.0]), Polytope.disc(3.5, 6)

@@ -18,12 +18,12 @@ from ppg_env import (
     make_profile,
     straight_plan,
 )
-from ppg_env.dynamics import covariances
-from ppg_env.game import override
-from ppg_env.plan import Profile
-from ppg_env.risk.blocks import BLOCK, generator
-from ppg_env.risk.montecarlo import crash_counts
-from ppg_env.risk.streams import streams
+from ppg_env.game.dynamics import covariances
+from ppg_env.game.game import override
+from ppg_env.game.plan import Profile
+from ppg_env.risk.batches import BLOCK, generator
+from ppg_env.risk.error_process import streams
+from ppg_env.risk.monte_carlo import crash_counts
 from tests.ppg_env.risk.closed_forms import boxes
 from tests.ppg_env.strategies import Play, double_integrator, plays
 

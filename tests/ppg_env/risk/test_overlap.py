@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.special import log_ndtr
 
 from ppg_env import InputError, Polytope
-from ppg_env.risk.gaussian import log_interval
 from ppg_env.risk.overlap import log_best_face, log_overlap
+from ppg_env.risk.polytope_probability import log_interval
 from tests.ppg_env.strategies import bodies, covariances
 
 TURN = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)

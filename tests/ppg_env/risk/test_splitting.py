@@ -7,16 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppg_env import Game, InputError, arena, make_game
-from ppg_env.game import override
-from ppg_env.plan import Profile
-from ppg_env.players import Homing, straight_players, track
+from ppg_env import Game, InputError, make_game
+from ppg_env.env import episodes as arena
+from ppg_env.env.players import Homing, straight_players, track
+from ppg_env.env.rules import Rules
+from ppg_env.env.simulator import Simulator
+from ppg_env.game.game import override
+from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
-from ppg_env.risk.blocks import generator
-from ppg_env.risk.importance import rare_risk
+from ppg_env.risk.batches import generator
+from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.splitting import CHAIN, Swarm, find_levels, split_risk
-from ppg_env.rules import Rules
-from ppg_env.simulator import Simulator
 from tests.ppg_env.risk.plain import case, fly
 from tests.ppg_env.strategies import Play, plays
 

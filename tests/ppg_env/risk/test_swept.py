@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game, make_profile
-from ppg_env.game import override
-from ppg_env.plan import Profile
-from ppg_env.risk.blocks import BLOCK, generator
-from ppg_env.risk.flight import make_flight
-from ppg_env.risk.importance import rare_risk
-from ppg_env.risk.montecarlo import crash_counts, paired_counts
-from ppg_env.risk.streams import streams
+from ppg_env.game.game import override
+from ppg_env.game.plan import Profile
+from ppg_env.risk.batches import BLOCK, generator
+from ppg_env.risk.crash_events import make_flight
+from ppg_env.risk.error_process import streams
+from ppg_env.risk.importance_sampling import rare_risk
+from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 from tests.ppg_env.risk.plain import case, fly
 from tests.ppg_env.strategies import Play, plays
 

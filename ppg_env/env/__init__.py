@@ -1,0 +1,1 @@
+"""The environment: rules, compiled kernel, simulator, PettingZoo and Gymnasium interfaces."""

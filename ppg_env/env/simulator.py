@@ -1,0 +1,173 @@
+"""The batched simulator: many copies of one game stepped at once, restarted as they end.
+
+    simulator = Simulator(make_game("head_on"), copies=4096, seed=0)
+    observation = simulator.reset()
+    step = simulator.step(actions)          # actions (copies, N, m)
+
+All arrays are (copies, agents, ...) and are overwritten by the next step; copy what you keep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ppg_env.env.arrays import make_tables
+from ppg_env.env.players import View
+from ppg_env.env.rules import Rules
+from ppg_env.errors import require
+from ppg_env.game.game import Game
+from ppg_env.game.input_sets import bounds
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a step brought, for C copies, N agents, E encounters; views that the next one reuses.
+
+    Attributes
+    ----------
+    observation : (C, N, W) float32; the first one of the new episode where ``over``.
+    reward : (C, N); zero for agents that had ended before.
+    terminated, truncated : (C, N) whether the agent's episode ended in this step, and how.
+    over : (C,) whether the copy's episode ended and it was restarted.
+    final_observation : (C, N, W) the last observation of an episode; valid where ``over``.
+    acting : (C, N) whether the agent was alive before the step.
+    arrived, crashed : (C, N) events of this step.
+    overlap : (C, E) encounters that overlap, in the order of ``game.encounters``.
+    time_cost, safety_cost : (C, N) terms of the agent's own cost in this step.
+    """
+
+    observation: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    over: np.ndarray
+    final_observation: np.ndarray
+    acting: np.ndarray
+    arrived: np.ndarray
+    crashed: np.ndarray
+    overlap: np.ndarray
+    time_cost: np.ndarray
+    safety_cost: np.ndarray
+
+
+class Simulator:
+    """``copies`` of ``game`` under ``rules``; a seed fixes all noise.
+
+    Attributes
+    ----------
+    state : (C, N, n) states; positions are the first d components.
+    status : (C, N) 0 in traffic, 1 arrived, 2 out after a crash.
+    alive : (C, N) whether the agent still acts.
+    clock : (C,) time of each copy.
+    lam : (C, N) weights of time that rewards are counted with, the game's unless changed.
+    low, high : (N, m) the box around all of an agent's control sets, zero where it has no input.
+    """
+
+    def __init__(
+        self, game: Game, rules: Rules | None = None, copies: int = 1, seed: Any = 0
+    ) -> None:
+        require(copies >= 1, "copies", f"is {copies}", "ask for at least one")
+        self.game, self.rules = game, Rules() if rules is None else rules
+        self.tables = make_tables(game, self.rules)
+        N, n = self.tables.start.shape
+        E, m, d = len(game.encounters), self.tables.low.shape[1], game.dim
+        C, self.copies = copies, copies
+        self.observation_size = observation_size(n, d, N)
+        self.action_size = m
+        self.low, self.high = np.zeros((N, m)), np.zeros((N, m))
+        for i, agent in enumerate(game.agents):
+            box = slice(agent.control_dim)
+            self.low[i, box], self.high[i, box] = bounds(agent.control)
+        self.state = np.zeros((C, N, n))
+        self.status = np.zeros((C, N), dtype=np.int8)
+        self.alive = np.zeros((C, N), dtype=np.bool_)
+        self.clock = np.zeros(C, dtype=np.int64)
+        self.lam = np.tile(self.tables.lam, (C, 1))
+        self._noise = np.zeros((C, N, n))
+        self._start_noise = np.zeros((C, N, n))
+        self._all = np.ones(C, dtype=np.bool_)
+        flags = [np.zeros((C, N), dtype=np.bool_) for _ in range(5)]
+        costs = [np.zeros((C, N)) for _ in range(3)]
+        views = [np.zeros((C, N, self.observation_size), dtype=np.float32) for _ in range(2)]
+        self.last = Step(
+            observation=views[0],
+            reward=costs[0],
+            terminated=flags[0],
+            truncated=flags[1],
+            over=np.zeros(C, dtype=np.bool_),
+            final_observation=views[1],
+            acting=flags[2],
+            arrived=flags[3],
+            crashed=flags[4],
+            overlap=np.zeros((C, E), dtype=np.bool_),
+            time_cost=costs[1],
+            safety_cost=costs[2],
+        )
+        self.seed(seed)
+
+    def seed(self, seed: Any) -> None:
+        """Start the noise anew from a number, a ``SeedSequence``, or None for fresh entropy."""
+        known = isinstance(seed, np.random.SeedSequence)
+        self.random = np.random.Generator(
+            np.random.SFC64(seed if known else np.random.SeedSequence(seed))
+        )
+
+    def reset(
+        self, chosen: np.ndarray | None = None, noise: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Begin every copy anew, or the ``chosen`` (C,) ones; all observations (C, N, W).
+
+        ``noise`` (C, N, n) of standard normals replaces the simulator's own, as in :meth:`step`.
+        """
+        from ppg_env.env import kernel
+
+        if noise is None:
+            self._draw_starts()
+        else:
+            self._start_noise[:] = noise
+        chosen = self._all if chosen is None else chosen
+        kernel.begin(
+            self.tables, chosen, self.state, self.status, self.alive, self.clock,
+            self._start_noise, self.last.observation,
+        )  # fmt: skip
+        return self.last.observation
+
+    def step(
+        self, action: np.ndarray, noise: np.ndarray | None = None, *, restart: bool = True
+    ) -> Step:
+        """Move every copy by ``action`` (C, N, m); agents that are not alive ignore theirs.
+
+        ``noise`` (C, N, n) of standard normals replaces the simulator's own, for replays.  With
+        ``restart`` copies whose episode is over begin anew at once.
+        """
+        from ppg_env.env import kernel
+
+        if noise is None:
+            noise = self.random.standard_normal(out=self._noise)
+        if restart:
+            self._draw_starts()
+        out = self.last
+        kernel.step(
+            self.tables, self.state, self.status, self.alive, self.clock, self.lam, action, noise,
+            restart, self._start_noise, out.reward, out.time_cost, out.safety_cost, out.arrived,
+            out.crashed, out.overlap, out.terminated, out.truncated, out.acting, out.over,
+            out.observation, out.final_observation,
+        )  # fmt: skip
+        return out
+
+    def view(self, agent: int) -> View:
+        """What the player of ``agent`` may see now; arrays that the next step overwrites."""
+        seen = self.last.observation[:, agent]
+        return View(seen, self.state, self.status == 0, self.clock, self.lam)
+
+    def _draw_starts(self) -> None:
+        if self.tables.random_start:
+            self.random.standard_normal(out=self._start_noise)
+
+
+def observation_size(n: int, d: int, agents: int) -> int:
+    """Number of entries W of one agent's observation; see :func:`ppg_env.env.kernel.observe`."""
+    return n + d + 2 + (agents - 1) * (1 + n)

@@ -1,0 +1,266 @@
+"""Pictures of an episode as it is played: arrays, a window, GIFs.
+
+Drawn from bottom to top: grid and obstacles, start marks (rings), trails of realised positions (a
+dot per step, a cross at a crash, a large dot at an arrival), goals (stars: hollow while their
+agent is under way, filled once it has arrived, grey once it is out), bodies with their agent's
+number (parked ones hatched), then the events of the last few steps: rings for arrivals, bursts for
+crashes.  The field never moves, so an agent that leaves it is shown by its number at the border.
+
+Everything is drawn SMOOTH times too large and then reduced, which smooths all edges.  Needs the
+extra ``render`` (Pillow); the window needs ``human`` (pygame-ce) besides.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ppg_env.env.canvas import (
+    EMBER,
+    FLAME,
+    FONT,
+    GREY,
+    INK,
+    SIDE,
+    SMALLEST_LABEL,
+    SMOOTH,
+    WHITE,
+    Canvas,
+    Sheet,
+    font_of,
+    hatch,
+    mix,
+    need_pillow,
+    rgb,
+    shade,
+    star,
+)
+from ppg_env.env.kernel import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.env.window import Window
+from ppg_env.game.game import Game
+from ppg_env.plotting import COLOURS, plane
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from ppg_env.env.simulator import Simulator
+
+EVENT_STEPS = 4
+"""Steps for which an event stays visible: one second at the environment's ``render_fps``."""
+
+CAPTION = 28
+"""Height of the strip above the field, in pixels."""
+
+FAR = 10.0 * SIDE
+"""Whoever is farther away, in pixels, is taken to be here; unstable dynamics know no bounds."""
+
+
+class Moment(NamedTuple):
+    """One time of an episode, in pixels.
+
+    points (N, 2); status, arrived, crashed (N,); contacts (K, 2), where bodies overlap.
+    """
+
+    points: np.ndarray
+    status: np.ndarray
+    arrived: np.ndarray
+    crashed: np.ndarray
+    contacts: np.ndarray
+
+
+class Viewer:
+    """Draws the first copy of a simulator; it shows what has been recorded since time 0.
+
+    Parameters
+    ----------
+    game
+        What is played; it fixes the field.
+    fps
+        Frames per second of the window.
+    """
+
+    def __init__(self, game: Game, fps: float) -> None:
+        need_pillow()
+        self._game, self._fps = game, fps
+        self._sheet = Sheet(game)
+        self._colours = [rgb(COLOURS[i % len(COLOURS)]) for i in range(len(game.agents))]
+        self._inks = [shade(colour, 0.8) for colour in self._colours]
+        self._outlines = [self._sheet.shape(agent.shape.vertices) for agent in game.agents]
+        self._hatches = [hatch(outline, 6.0) for outline in self._outlines]
+        self._radii = [float(np.hypot(*outline.T).max()) for outline in self._outlines]
+        self._burst = min(max(min(self._radii), 16.0), 60.0)
+        ends = [(pair.agents[0], pair.agents[-1]) for pair in game.encounters]
+        self._sides = np.array(ends, dtype=np.intp).reshape(-1, 2)
+        self._simulator: Simulator | None = None
+        self._time, self._last_time, self._parks = 0, 0, False
+        self._clear()
+        self._window: Window | None = None
+        self._shown: Moment | None = None
+
+    def record(self, simulator: Simulator) -> None:
+        """Take in where everybody is and what the last step brought; time 0 begins anew."""
+        self._simulator = simulator
+        self._time, self._last_time = int(simulator.clock[0]), int(simulator.tables.max_cycles)
+        self._parks = simulator.rules.on_goal == "stay"
+        happened = self._time > 0  # at time 0 the flags are those of the episode before
+        if not happened:
+            self._clear()
+        state = np.nan_to_num(simulator.state[0, :, : self._game.dim])  # unstable dynamics overflow
+        points = np.clip(self._sheet.at(np.stack(plane(state.T), axis=1)), -FAR, FAR)
+        last = simulator.last
+        moment = Moment(
+            points,
+            simulator.status[0].copy(),
+            last.arrived[0] & happened,
+            last.crashed[0] & happened,
+            self._contacts(points, last.overlap[0] & happened),
+        )
+        self._moments.append(moment)
+        self._arrived |= moment.arrived | (moment.status == ARRIVED)
+        self._crashed |= moment.crashed | (moment.status == CRASHED)
+
+    def frame(self) -> np.ndarray:
+        """The picture of the last recorded moment, (H, W, 3) uint8."""
+        from PIL import Image
+
+        canvas = self._painted_trails().copy()
+        self._draw_goals(canvas)
+        for age in range(EVENT_STEPS - 1, 0, -1):
+            self._draw_events(canvas, age)
+        self._draw_bodies(canvas)
+        self._draw_events(canvas, age=0)
+        field = canvas.image.reduce(SMOOTH)
+        page = Image.new("RGB", (field.width, field.height + CAPTION), WHITE)
+        page.paste(field, (0, CAPTION))
+        self._write(page)
+        return np.array(page)
+
+    def show(self) -> None:
+        """Show the picture in a window, and keep the pace; nothing once the user has closed it."""
+        if self._window is None:
+            size = self._sheet.width, self._sheet.height + CAPTION
+            self._window = Window(self._game.name or "path planning game", size, self._fps)
+        if self._window.is_open():
+            moment = self._moments[-1]
+            self._window.show(self.frame(), wait=moment is not self._shown)
+            self._shown = moment
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies draw anew, in a window of their own."""
+        return vars(self) | {"_canvas": None, "_painted": 0, "_window": None}
+
+    def _clear(self) -> None:
+        self._moments: list[Moment] = []
+        self._canvas: Canvas | None = None
+        self._painted = 0  # moments that are on the canvas
+        self._arrived = np.zeros(len(self._game.agents), dtype=np.bool_)
+        self._crashed = np.zeros(len(self._game.agents), dtype=np.bool_)
+
+    def _contacts(self, points: np.ndarray, overlap: np.ndarray) -> np.ndarray:
+        """For each agent in an overlap the middle of its contacts, those of pairs once.
+
+        A contact is half-way between two agents, or the agent itself where it meets an obstacle.
+        """
+        sides = self._sides[overlap]
+        middles = points[sides].mean(axis=1)
+        sums, counts = np.zeros_like(points), np.zeros((len(points), 1))
+        np.add.at(sums, sides, middles[:, None])
+        np.add.at(counts, sides, 1.0)
+        hit = counts[:, 0] > 0
+        return np.unique((sums[hit] / counts[hit]).round(3), axis=0)
+
+    def _painted_trails(self) -> Canvas:
+        """The canvas with ground and trails, brought up to the last moment."""
+        if self._canvas is None:
+            self._canvas = self._sheet.ground(self._game, self._inks)
+        for k in range(self._painted, len(self._moments)):
+            if k > 0:
+                self._paint_step(self._canvas, self._moments[k - 1], self._moments[k])
+            self._paint_marks(self._canvas, self._moments[k])
+        self._painted = len(self._moments)
+        return self._canvas
+
+    def _paint_step(self, canvas: Canvas, before: Moment, after: Moment) -> None:
+        for i in np.flatnonzero(before.status == TRAFFIC):
+            line = np.stack([before.points[i], after.points[i]])
+            canvas.line(line, mix(self._inks[i], 0.6), 2.0)
+            canvas.disc(before.points[i], 2.4, self._inks[i])
+        self._paint_marks(canvas, before)  # the new lines must not cover them
+
+    def _paint_marks(self, canvas: Canvas, moment: Moment) -> None:
+        for i in np.flatnonzero(moment.arrived):
+            canvas.disc(moment.points[i], 4.5, self._inks[i], WHITE, 1.0)
+        for i in np.flatnonzero(moment.crashed):
+            canvas.cross(moment.points[i], 5.0, WHITE, 5.0)
+            canvas.cross(moment.points[i], 5.0, INK, 2.5)
+
+    def _draw_goals(self, canvas: Canvas) -> None:
+        status = self._moments[-1].status
+        for i, agent in enumerate(self._game.agents):
+            colour = GREY if status[i] == CRASHED else self._inks[i]
+            fill = self._colours[i] if status[i] == ARRIVED else WHITE
+            mark = star(5, 10.0, 4.5) + self._sheet.point(agent.goal)
+            canvas.polygon(mark, fill, colour, 1.8)
+
+    def _draw_bodies(self, canvas: Canvas) -> None:
+        moment = self._moments[-1]
+        for i, outline in enumerate(self._outlines):
+            colour, place = self._colours[i], moment.points[i]
+            edge = EMBER if moment.crashed[i] else self._inks[i]
+            if moment.status[i] == ARRIVED and self._parks:
+                for segment in self._hatches[i]:
+                    canvas.line(segment + place, mix(self._inks[i], 0.5), 1.2)
+                canvas.polygon(outline + place, (*colour, 25), edge, 1.6)
+            elif moment.status[i] == TRAFFIC or moment.crashed[i]:
+                canvas.polygon(outline + place, (*colour, 110), edge, 1.6)
+            elif moment.arrived[i]:
+                canvas.polygon(outline + place, (*colour, 40), mix(edge, 0.5), 1.2)
+
+    def _draw_events(self, canvas: Canvas, age: int) -> None:
+        """What happened ``age`` steps ago; it fades."""
+        if age >= len(self._moments):
+            return
+        moment, left = self._moments[-1 - age], 1.0 - age / EVENT_STEPS
+        opaque = int(255 * left)
+        for i in np.flatnonzero(moment.arrived):
+            radius = self._radii[i] + 4.0 + 5.0 * age
+            canvas.disc(moment.points[i], radius, None, (*self._inks[i], opaque), 2.5)
+        radius = self._burst * (0.4 + 0.4 * left)
+        burst = star(9, radius, 0.5 * radius)
+        for place in moment.contacts:
+            canvas.polygon(burst + place, (*FLAME, int(0.9 * opaque)), (*EMBER, opaque), 1.6)
+
+    def _write(self, page: Image) -> None:
+        """Numbers on the bodies that are there, and the caption, onto the finished picture."""
+        from PIL import ImageDraw
+
+        draw, moment = ImageDraw.Draw(page), self._moments[-1]
+        parked = (moment.status == ARRIVED) & self._parks
+        there = (moment.status == TRAFFIC) | parked | moment.crashed | moment.arrived
+        low, high = np.array([9, CAPTION + 9]), np.array([page.width - 9, page.height - 9])
+        for i in np.flatnonzero(there):
+            if 2 * self._radii[i] < SMALLEST_LABEL:
+                continue
+            below = FONT if parked[i] else 0  # beside the goal's star
+            place = moment.points[i] + (0, CAPTION + below)
+            x, y = np.clip(place, low, high)
+            colour = INK if (x, y) == tuple(place) else self._inks[i]  # at the border, its own
+            draw.text(
+                (x, y), str(i), fill=colour, font=font_of(FONT - 1), anchor="mm",
+                stroke_width=3, stroke_fill=WHITE,
+            )  # fmt: skip
+        draw.text((8, CAPTION / 2), self._caption(), fill=INK, font=font_of(FONT), anchor="lm")
+        if self._game.dim > 2:
+            corner = page.width - 8, CAPTION / 2
+            draw.text(corner, "shadow on x, y", fill=GREY, font=font_of(FONT), anchor="rm")
+
+    def _caption(self) -> str:
+        arrived, crashed = int(self._arrived.sum()), int(self._crashed.sum())
+        return f"t = {self._time} of {self._last_time}   arrived {arrived}   crashed {crashed}"

@@ -1,0 +1,1 @@
+"""The game as data, and every rule about it: plans, dynamics, margins, costs, evaluation."""

@@ -1,0 +1,291 @@
+r"""The one evaluator: what a profile costs, how safe it is, and whether it is a plan at all.
+
+Everything is recomputed from the game and the controls; no solver's word is taken.
+
+    sigma_p(t)^2 = a_p' (Sigma_i(t) + Sigma_j(t)) a_p
+    s_e(t) = min(M', max_p (a_p' (r_i - r_j) - b_p) / (sqrt(2) sigma_p(t)))   in traffic, else M'
+    G_i = - sum_t sum_e s_e(t)             deficit_i = sum_t sum_e (M' - s_e(t))
+    J_i = lam_i T_i + (1 - lam_i) G_i      (risk: kappa sum g(s) for G_i)
+
+A pair is in traffic at t iff t < T_i and t < T_j; an agent and an obstacle iff t < T_i.
+``scale="paper"`` drops the sqrt(2), as the paper's programs do; sum g is then no bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.errors import InputError
+from ppg_env.game import objective
+from ppg_env.game.dynamics import covariances, goal_selector, rollout
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.input_sets import excess
+from ppg_env.game.plan import Profile, make_profile
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Violations of the constraints, never negative.
+
+    Attributes
+    ----------
+    control : (N,) largest distance of a control beyond a face of its step's U.
+    goal : (N,) largest component by which the mean misses the goal, at arrival or at the end.
+    overlap : (E,) largest penetration of the means in traffic.
+    """
+
+    control: np.ndarray
+    goal: np.ndarray
+    overlap: np.ndarray
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What the evaluator found.  N agents, E encounters, times 0..H.
+
+    Attributes
+    ----------
+    arrival : per agent, the arrival T_i; None if its mean never reaches the goal.
+    margins : (E, H+1) margin s, at its cap out of traffic, in the order of ``game.encounters``.
+    traffic : (E, H+1) whether the encounter is in traffic.
+    safety_cost : (N,) G_i = -sum s.
+    deficit : (N,) sum of M' - s.
+    cost, shifted_cost : (N,) J_i, with G_i and with the deficit; infinite without arrival.
+        For the objective ``risk`` both are lam T + (1 - lam) kappa sum g.
+    potential : Phi of the profile.
+    residuals : by how much each constraint is violated; zero is clean.
+    """
+
+    game: Game
+    arrival: tuple[int | None, ...]
+    margins: np.ndarray
+    traffic: np.ndarray
+    safety_cost: np.ndarray
+    deficit: np.ndarray
+    risk_sum: np.ndarray
+    risk_sum_any: float
+    cost: np.ndarray
+    shifted_cost: np.ndarray
+    potential: float
+    residuals: Residuals
+
+    @property
+    def social_cost(self) -> float:
+        """Sum of the agents' shifted costs."""
+        return float(self.shifted_cost.sum())
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every residual is within tolerance."""
+        return not self.complaints()
+
+    def complaints(self, agents: Iterable[int] | None = None) -> tuple[str, ...]:
+        """One sentence for each violated constraint that involves ``agents`` (all by default)."""
+        chosen = set(range(len(self.arrival)) if agents is None else agents)
+        names, found = self.game.agent_names, []
+        for i in sorted(chosen):
+            if self.residuals.control[i] > tol.CONTROL:
+                found.append(
+                    f"a control of {names[i]} leaves its set by {self.residuals.control[i]:.3g}"
+                )
+            if self.arrival[i] is None:
+                found.append(
+                    f"the mean of {names[i]} misses its goal by "
+                    f"{self.residuals.goal[i]:.3g} within the horizon"
+                )
+        for encounter, depth in zip(self.game.encounters, self.residuals.overlap, strict=True):
+            if depth > tol.LENGTH and chosen.intersection(encounter.agents):
+                parties = [names[i] for i in encounter.agents]
+                if encounter.obstacle is not None:
+                    parties.append(f"obstacle {encounter.obstacle}")
+                found.append(f"the means of {' and '.join(parties)} overlap by {depth:.3g}")
+        return tuple(found)
+
+    @property
+    def risk_bound(self) -> np.ndarray:
+        """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
+
+        Margins are capped, so an instant counts g(M') at least: that keeps the bound valid, and
+        makes it loose where margins are wide (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+
+        Raises
+        ------
+        InputError
+            For ``scale="paper"``, whose sum is not a bound (see :attr:`risk_sum`).
+        """
+        self._refuse_paper_scale()
+        return self.risk_sum
+
+    @property
+    def risk_bound_any(self) -> float:
+        """Union bound on the probability that anybody crashes."""
+        self._refuse_paper_scale()
+        return self.risk_sum_any
+
+    def _refuse_paper_scale(self) -> None:
+        if self.game.scale != "exact":
+            raise InputError(
+                "scale",
+                "'paper' drops the sqrt(2), so its sum of g is no bound",
+                "evaluate the game with scale = 'exact'",
+            )
+
+    def weighted(self, weights: objective.Weights) -> float:
+        """Value of any objective of this game at this profile; infinite without arrival."""
+        return _weighted(weights, self.arrival, self._losses)
+
+    @property
+    def _losses(self) -> np.ndarray:
+        return np.where(self.traffic, objective.loss(self.game, self.margins), 0.0).sum(axis=1)
+
+
+def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluation:
+    """Judge ``profile`` in ``game`` from first principles; infeasible profiles are judged too.
+
+    Means and arrivals are computed anew from the controls.  With ``as_given`` those of the plans
+    are taken as they are: for predictions, and for stand-ins of agents that have no plan yet.
+
+    Raises
+    ------
+    InputError
+        If the profile's sizes do not fit the game.
+    """
+    if not as_given:
+        profile = make_profile(game, [plan.controls for plan in profile])
+    arrival = tuple(plan.arrival for plan in profile)
+    traffic = _traffic(game, arrival)
+    margins = np.where(traffic, profile_margins(game, profile), game.margin_cap)
+    losses = np.where(traffic, objective.loss(game, margins), 0.0).sum(axis=1)
+    risks = np.where(traffic, objective.crash_risk(margins), 0.0).sum(axis=1)
+    member = _membership(game)  # (N, E)
+    deficit = _sums(member, (game.margin_cap - margins).sum(axis=1))
+    steps = game.horizon + 1
+    best = member.sum(axis=1) * game.margin_cap * steps  # what full margins would add up to
+    safety_cost = deficit - best
+    shifted = np.array(
+        [
+            np.inf if arrival[i] is None else _weighted(objective.selfish(game, i), arrival, losses)
+            for i in range(len(arrival))
+        ]
+    )
+    shift = 0.0
+    if game.objective == "margin":
+        care = 1 - np.array([agent.lam for agent in game.agents])
+        shift = -care * best
+    return Evaluation(
+        game=game,
+        arrival=arrival,
+        margins=margins,
+        traffic=traffic,
+        safety_cost=safety_cost,
+        deficit=deficit,
+        risk_sum=_sums(member, risks),
+        risk_sum_any=float(risks.sum()),
+        cost=shifted + shift,
+        shifted_cost=shifted,
+        potential=np.inf
+        if None in arrival
+        else _weighted(objective.potential(game), arrival, losses),
+        residuals=_residuals(game, profile, traffic),
+    )
+
+
+def encounter_covariances(game: Game, encounter: Encounter) -> np.ndarray:
+    """(H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j."""
+    positions = np.s_[:, : game.dim, : game.dim]
+    total = np.zeros((game.horizon + 1, game.dim, game.dim))
+    for i in encounter.agents:
+        total += covariances(game.agents[i], game.horizon)[positions]
+    return total
+
+
+def encounter_deviations(game: Game, encounter: Encounter) -> np.ndarray:
+    """(H+1, F) sigma_p(t), the deviation of the displacement along each face of K."""
+    normals, total = encounter.collision.normals, encounter_covariances(game, encounter)
+    return np.sqrt(np.maximum(np.einsum("fi,tij,fj->tf", normals, total, normals), 0.0))
+
+
+@lru_cache(maxsize=8192)
+def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
+    """(H+1, F) length of one unit of margin: sqrt(2) sigma_p(t), or sigma_p(t) on paper scale.
+
+    Read-only: no plan changes it.
+    """
+    unit = encounter_deviations(game, encounter) * (np.sqrt(2) if game.scale == "exact" else 1.0)
+    unit = np.where(unit > tol.DEVIATION, unit, 0.0)
+    unit.setflags(write=False)
+    return unit
+
+
+def profile_margins(game: Game, profile: Profile) -> np.ndarray:
+    """(E, H+1) margins min(M', s) along the means, whether in traffic or not."""
+    means = np.array([plan.means[:, : game.dim] for plan in profile])
+    result = np.empty((len(game.encounters), game.horizon + 1))
+    for row, encounter in zip(result, game.encounters, strict=True):
+        where = encounter.displacement(*(means[i] for i in encounter.agents))
+        row[:] = margins(
+            where @ encounter.collision.normals.T - encounter.collision.offsets,
+            encounter_units(game, encounter),
+            game.margin_cap,
+        )
+    return result
+
+
+def margins(clearances: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
+    """(...,) min(cap, best face) of ``clearances`` (..., F) measured in ``units`` (..., F).
+
+    A face without noise is worth the cap when it is clear, and minus infinity when it is not.
+    """
+    certain = np.where(clearances >= -tol.LENGTH, np.inf, -np.inf)
+    scaled = np.divide(clearances, units, out=certain, where=units > 0)
+    return np.minimum(scaled.max(axis=-1), cap)
+
+
+def _traffic(game: Game, arrival: tuple[int | None, ...]) -> np.ndarray:
+    times = np.arange(game.horizon + 1)
+    last = np.array([game.horizon + 1 if t is None else t for t in arrival])
+    until = np.array([min(last[i] for i in e.agents) for e in game.encounters])
+    return times[None, :] < until.reshape(-1, 1)
+
+
+def _membership(game: Game) -> np.ndarray:
+    agents = range(len(game.agents))
+    return np.array([[float(i in e.agents) for e in game.encounters] for i in agents]).reshape(
+        len(game.agents), len(game.encounters)
+    )
+
+
+def _weighted(
+    weights: objective.Weights, arrival: tuple[int | None, ...], losses: np.ndarray
+) -> float:
+    mine = [i for i, tau in enumerate(weights.time) if tau > 0]
+    if any(arrival[i] is None for i in mine):
+        return float("inf")
+    spent = sum(weights.time[i] * arrival[i] for i in mine)
+    return float(spent + _sums(weights.encounter, losses))
+
+
+def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``weights`` (..., E) times ``values`` (E,), where nothing times infinity is nothing."""
+    return np.where(weights > 0, weights * np.where(weights > 0, values, 0.0), 0.0).sum(axis=-1)
+
+
+def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:
+    control, goal = np.zeros(len(profile)), np.zeros(len(profile))
+    for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
+        end = game.horizon if plan.arrival is None else plan.arrival
+        control[i] = max(0.0, excess(agent.control, plan.controls[:end]))
+        mean = rollout(agent, plan.controls[:end])[-1]
+        goal[i] = float(np.abs(goal_selector(agent) @ mean - agent.goal).max())
+    means = [plan.means[:, : game.dim] for plan in profile]
+    overlap = np.zeros(len(game.encounters))
+    for e, encounter in enumerate(game.encounters):
+        where = encounter.displacement(*(means[i] for i in encounter.agents))[traffic[e]]
+        if len(where):
+            overlap[e] = max(0.0, -float(encounter.collision.clearance(where).min()))
+    return Residuals(control, goal, overlap)

@@ -1,0 +1,164 @@
+"""Drawing a game and a profile on matplotlib axes: bodies, paths, noise, arrivals.
+
+Colours are Okabe and Ito's, told apart by colour-blind readers; bodies are drawn at a few times
+that all agents share, darkest at the closest approach.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ppg_env.game.dynamics import covariances
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+ELLIPSE_DEVIATIONS = 2.0
+BODY_TIMES = 4
+
+
+def draw_game(axes: Axes, game: Game) -> None:
+    """Obstacles, and each agent's body at its start and mark at its goal."""
+    from matplotlib.patches import Polygon
+
+    for obstacle in game.obstacles:
+        axes.add_patch(Polygon(outline(obstacle.vertices), color="0.75", zorder=0))
+    for i, agent in enumerate(game.agents):
+        colour = COLOURS[i % len(COLOURS)]
+        _body(axes, agent.shape.vertices, agent.start[: game.dim], colour, 0.15)
+        goal = agent.goal[: game.dim]
+        axes.plot(
+            *plane(goal),
+            marker="*",
+            markersize=11,
+            color=colour,
+            markeredgecolor="white",
+            zorder=5,
+        )
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x (length)")
+    axes.set_ylabel("y (length)")
+
+
+def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
+    """The game, and in it every agent's path, its body and noise at a few times, its arrival."""
+    draw_game(axes, game)
+    closest = closest_approach(game, profile)
+    last = [game.horizon if plan.arrival is None else plan.arrival for plan in profile]
+    shared = np.unique(np.linspace(0, max(last), BODY_TIMES + 2).round().astype(int))[1:-1]
+    for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
+        colour, path = COLOURS[i % len(COLOURS)], plan.means[: last[i] + 1, : game.dim]
+        axes.plot(*plane(path.T), color=colour, marker=".", markersize=4, linewidth=1.2, zorder=3)
+        spread = covariances(agent, game.horizon)[:, : game.dim, : game.dim]
+        for t in sorted({*shared.tolist(), closest} & set(range(last[i]))):
+            _body(axes, agent.shape.vertices, path[t], colour, 0.45 if t == closest else 0.12)
+            _ellipse(axes, path[t], spread[t], colour)
+            axes.annotate(
+                str(t), plane(path[t]), xytext=(2, 2), textcoords="offset points", fontsize=6
+            )
+        if plan.arrival is not None:
+            axes.annotate(
+                f"T = {plan.arrival}",
+                plane(path[-1]),
+                xytext=(0, 9),
+                textcoords="offset points",
+                color=colour,
+                fontsize=8,
+                ha="center",
+                zorder=6,
+                bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
+            )
+    axes.autoscale_view()
+
+
+def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
+    """The game, and in it the paths of some episodes: (episodes, T + 1, N, n), nan once out.
+
+    Thin: single episodes; thick, with bodies at a few times: the mean of those still in traffic.
+    """
+    draw_game(axes, game)
+    places = states[..., : game.dim]
+    there = np.isfinite(places[..., 0])
+    halfway = int(np.median(there.any(axis=2).sum(axis=1)) // 2)
+    for i, agent in enumerate(game.agents):
+        colour = COLOURS[i % len(COLOURS)]
+        for path, known in zip(places[:, :, i], there[:, :, i], strict=True):
+            seen = path[known]
+            axes.plot(*plane(seen.T), color=colour, linewidth=0.4, alpha=0.4, zorder=2)
+        last = int(np.median(there[:, :, i].sum(axis=1)))
+        mean = np.nanmean(places[:, :last, i], axis=0)
+        axes.plot(*plane(mean.T), color=colour, marker=".", markersize=4, linewidth=1.4, zorder=3)
+        for t in {halfway // 2, halfway, halfway + halfway // 2} & set(range(last)):
+            _body(axes, agent.shape.vertices, mean[t], colour, 0.3 if t == halfway else 0.12)
+            axes.annotate(
+                str(t), plane(mean[t]), xytext=(2, 2), textcoords="offset points", fontsize=6
+            )
+    axes.autoscale_view()
+
+
+def closest_approach(game: Game, profile: Profile) -> int | None:
+    """Time of the smallest margin in traffic; None if nothing is ever within the margin cap."""
+    judged = evaluate(game, profile)
+    margins = np.where(judged.traffic, judged.margins, np.inf)
+    if not margins.size or margins.min() >= game.margin_cap:
+        return None
+    return int(np.unravel_index(margins.argmin(), margins.shape)[1])
+
+
+def plane(points: np.ndarray) -> tuple[Any, Any]:
+    """The first two coordinates; agents on a line are drawn on the x axis."""
+    return (points[0], points[1]) if len(points) > 1 else (points[0], np.zeros_like(points[0]))
+
+
+def outline(vertices: np.ndarray) -> np.ndarray:
+    """(V, 2) outline of a body; the shadow on the first two axes in three dimensions."""
+    if vertices.shape[1] == 2:
+        return vertices
+    if vertices.shape[1] == 1:
+        low, high = vertices.min(), vertices.max()
+        half = (high - low) / 8
+        return np.array([[low, -half], [high, -half], [high, half], [low, half]])
+    from scipy.spatial import ConvexHull
+
+    shadow = vertices[:, :2]
+    return shadow[ConvexHull(shadow).vertices]
+
+
+def _body(
+    axes: Axes, vertices: np.ndarray, position: np.ndarray, colour: str, alpha: float
+) -> None:
+    from matplotlib.patches import Polygon
+
+    edge = outline(vertices) + np.array(plane(position))
+    axes.add_patch(Polygon(edge, facecolor=colour, alpha=alpha, zorder=1))
+    axes.add_patch(Polygon(edge, fill=False, edgecolor=colour, linewidth=0.7, zorder=2))
+
+
+def _ellipse(axes: Axes, position: np.ndarray, covariance: np.ndarray, colour: str) -> None:
+    from matplotlib.patches import Ellipse
+
+    if len(position) < 2:
+        return
+    values, vectors = np.linalg.eigh(covariance[:2, :2])
+    width, height = 2 * ELLIPSE_DEVIATIONS * np.sqrt(np.maximum(values, 0.0))
+    angle = np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))
+    axes.add_patch(
+        Ellipse(
+            plane(position),
+            width,
+            height,
+            angle=angle,
+            fill=False,
+            edgecolor=colour,
+            linestyle="--",
+            linewidth=0.8,
+            zorder=4,
+        )
+    )

@@ -1,0 +1,100 @@
+"""What is watched in simulated episodes: a profile's mean displacements, laid over deviations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from ppg_env.risk import kernel
+from ppg_env.risk.error_process import Streams
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """What a block of episodes showed; N agents, E encounters, times 0..H, B episodes.
+
+    Attributes
+    ----------
+    times : (E, H+1) episodes in which each encounter overlapped at each time.
+    first_times : (E, H+1) those in which it did for the first time.
+    first_any : (H+1,) episodes whose first overlap, whoever's, was at each time.
+    met : (E, B) which encounters overlapped at all.
+    crashed : (N, B) which agents did.
+    """
+
+    times: np.ndarray
+    first_times: np.ndarray
+    first_any: np.ndarray
+    met: np.ndarray
+    crashed: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A profile of ``game`` on its schedule, in the form that the compiled loops read.
+
+    Attributes
+    ----------
+    streams : the deviations that it is laid over.
+    until : (E,) time at which each encounter leaves traffic.
+    nominal : (E, H+1, d) mean displacements.
+    normals, depths : faces of all collision sets, those of encounter e from ``first_face[e]`` on;
+        depths are offsets less the tolerance within which bodies only touch.
+    swept : whether steps are watched, on straight lines from instant to instant, or instants.
+    """
+
+    game: Game
+    streams: Streams
+    until: np.ndarray
+    nominal: np.ndarray
+    normals: np.ndarray
+    depths: np.ndarray
+    first_face: np.ndarray
+    swept: bool
+
+    @property
+    def steps(self) -> int:
+        """Steps of noise that matter: to the last instant, or to the end of the last step."""
+        return min(int(self.until.max(initial=1)) - 1 + self.swept, self.game.horizon)
+
+    def faces(self, encounter: int) -> tuple[np.ndarray, np.ndarray]:
+        """Normals and depths of one collision set."""
+        rows = slice(*self.first_face[encounter : encounter + 2])
+        return self.normals[rows], self.depths[rows]
+
+    def watch(self, errors: np.ndarray, episodes: int) -> Sightings:
+        """Find the overlaps in the first ``episodes`` of a block of deviations."""
+        shape, B = (len(self.until), self.game.horizon + 1), errors.shape[-1]
+        times, first_times = (np.zeros(shape, dtype=np.int64) for _ in range(2))
+        first_any, met = np.zeros(shape[1], dtype=np.int64), np.zeros((shape[0], B), dtype=np.bool_)
+        kernel.overlaps(
+            errors, episodes, self.streams.parties, self.until, self.normals, self.depths,
+            self.first_face, self.nominal, self.swept, times, first_times, first_any, met,
+        )  # fmt: skip
+        crashed = np.zeros((len(self.game.agents), B), dtype=np.bool_)
+        for encounter, overlapped in zip(self.game.encounters, met, strict=True):
+            crashed[list(encounter.agents)] |= overlapped
+        return Sightings(times, first_times, first_any, met, crashed)
+
+
+def make_flight(game: Game, profile: Profile, streams: Streams, *, swept: bool = False) -> Flight:
+    """Lay ``profile`` over the deviations of ``streams``."""
+    last = [game.horizon + 1 if plan.arrival is None else plan.arrival for plan in profile]
+    means, d = [plan.means[:, : game.dim] for plan in profile], game.dim
+    met = game.encounters
+    return Flight(
+        game=game,
+        streams=streams,
+        until=np.array([min(last[i] for i in e.agents) for e in met], dtype=np.int64),
+        nominal=np.array([e.displacement(*(means[i] for i in e.agents)) for e in met]).reshape(
+            len(met), game.horizon + 1, d
+        ),
+        normals=np.concatenate([np.zeros((0, d)), *(e.collision.normals for e in met)]),
+        depths=np.concatenate([np.zeros(0), *(e.collision.offsets for e in met)]) - tol.LENGTH,
+        first_face=np.cumsum([0, *(len(e.collision.offsets) for e in met)]),
+        swept=swept,
+    )

@@ -1,0 +1,213 @@
+r"""Monte Carlo of a profile's noisy closed loop, on its schedule.
+
+    x_{t+1} = A x_t + B u_t + w_t,  u_t = ubar_t - gain (x_t - xbar_t),  w_t ~ N(0, noise)
+
+An agent crashes in an episode if, at any time in traffic, it overlaps another agent or an
+obstacle (touching is no overlap); it is not removed then, so that the counted event is the one
+the union bound is about.  *Swept* counts look between the instants too: displacements move on
+straight lines within a step, and a step counts if it begins in traffic.
+
+Episodes come in blocks with noise of their own: results do not depend on workers, and profiles
+of one game are compared under the same noise.  Memory does not grow with the number of episodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from operator import add
+from typing import TypeVar
+
+import numpy as np
+
+from ppg_env.errors import require
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from ppg_env.risk.batches import check_request, generator, over_blocks
+from ppg_env.risk.crash_events import Sightings, make_flight
+from ppg_env.risk.error_process import mergeable, streams
+from ppg_env.support.statistics import Estimate, Interval, difference, proportion
+
+
+@dataclass(frozen=True, eq=False)
+class CrashCounts:
+    """Episodes with a crash, of ``samples``.  N agents, E encounters, times 0..H.
+
+    Attributes
+    ----------
+    agents : (N,) episodes in which each agent crashed.
+    times : (E, H+1) episodes in which each encounter overlapped at each time; swept, in the step
+        that ends then.
+    first_times : (E, H+1) those in which it did for the first time.
+    first_any : (H+1,) episodes whose first crash, whoever's, was at each time.
+    """
+
+    samples: int
+    agents: np.ndarray
+    times: np.ndarray
+    first_times: np.ndarray
+    first_any: np.ndarray
+
+    @property
+    def any(self) -> int:
+        """Episodes in which anybody crashed."""
+        return int(self.first_any.sum())
+
+    @property
+    def encounters(self) -> np.ndarray:
+        """(E,) episodes in which each encounter overlapped, once or more."""
+        return self.first_times.sum(axis=1)
+
+    def __add__(self, other: CrashCounts) -> CrashCounts:
+        return CrashCounts(*map(add, vars(self).values(), vars(other).values()))
+
+    def estimates(self, confidence: float = 0.95) -> tuple[list[Estimate], Estimate]:
+        """Crash probability of each agent, and of any of them."""
+        return self.each(self.agents, confidence), proportion(self.any, self.samples, confidence)
+
+    def each(self, hits: np.ndarray, confidence: float = 0.95) -> list[Estimate]:
+        """The probability behind each of ``hits``, such as ``encounters`` or ``first_any``."""
+        return [proportion(int(count), self.samples, confidence) for count in hits]
+
+
+@dataclass(frozen=True, eq=False)
+class PairedCounts:
+    """The same episodes counted twice: for two profiles, or at instants and swept.
+
+    Attributes
+    ----------
+    first, second : either count.
+    only_first, only_second : (N+1,) episodes in which the agent (last: anybody) crashed in one
+        of them and not in the other.
+    """
+
+    first: CrashCounts
+    second: CrashCounts
+    only_first: np.ndarray
+    only_second: np.ndarray
+
+    def __add__(self, other: PairedCounts) -> PairedCounts:
+        return PairedCounts(*map(add, vars(self).values(), vars(other).values()))
+
+    def differences(self, confidence: float = 0.95) -> tuple[list[Interval], Interval]:
+        """Second less first crash probability, of each agent and of any of them."""
+        *each, anybody = (
+            difference(int(more), int(less), self.first.samples, confidence)
+            for more, less in zip(self.only_second, self.only_first, strict=True)
+        )
+        return each, anybody
+
+
+Counts = TypeVar("Counts", CrashCounts, PairedCounts)
+
+
+def crash_counts(
+    game: Game,
+    profile: Profile,
+    samples: int,
+    seed: int = 0,
+    *,
+    swept: bool = False,
+    workers: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> CrashCounts:
+    """Simulate ``samples`` episodes of ``profile`` and count the crashes.
+
+    Parameters
+    ----------
+    samples, seed
+        Number of episodes; the seed fixes every one of them.
+    swept
+        Count overlaps during the steps, rather than at the instants only.
+    workers
+        Threads; the compiled loops run side by side.
+    progress
+        Called with the number of episodes finished since the last call.
+
+    Raises
+    ------
+    InputError
+        If there is no episode to simulate, or the seed is negative.
+    """
+    flight = make_flight(game, profile, streams(game), swept=swept)
+    starts, scratch = bool(flight.streams.sigma0.any()), flight.streams.scratch(flight.steps)
+
+    def block(number: int, episodes: int) -> CrashCounts:
+        errors = flight.streams.draw(generator(seed, number), scratch(), starts)
+        return _counts(flight.watch(errors, episodes), episodes)
+
+    return _total(block, samples, seed, workers, progress)
+
+
+def paired_counts(
+    first: tuple[Game, Profile],
+    second: tuple[Game, Profile],
+    samples: int,
+    seed: int = 0,
+    *,
+    swept: tuple[bool, bool] = (False, False),
+    workers: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> PairedCounts:
+    """Count two profiles' crashes under common random numbers, or one's in two ways.
+
+    Both meet the same standard normals; their games may differ in anything but the number of
+    agents and of their states.  ``swept`` says which of them is swept; the rest is as in
+    :func:`crash_counts`.
+
+    Raises
+    ------
+    InputError
+        If the agents do not correspond, or as in :func:`crash_counts`.
+    """
+    games = (first[0], second[0])
+    sizes = [[agent.state_dim for agent in game.agents] for game in games]
+    require(
+        sizes[0] == sizes[1],
+        "the second plan",
+        f"has states of sizes {sizes[1]} where the first has {sizes[0]}",
+        "compare plans for the same agents",
+    )
+    merge = all(mergeable(game) for game in games)
+    flights = [
+        make_flight(game, profile, streams(game, merge=merge), swept=look)
+        for (game, profile), look in zip((first, second), swept, strict=True)
+    ]
+    starts = any(flight.streams.sigma0.any() for flight in flights)
+    steps, shared = max(flight.steps for flight in flights), games[0] is games[1]
+    rooms = [flight.streams.scratch(steps) for flight in flights]
+
+    def block(number: int, episodes: int) -> PairedCounts:
+        one = flights[0].streams.draw(generator(seed, number), rooms[0](), starts)
+        two = one
+        if not shared:  # the same normals in other error dynamics
+            two = flights[1].streams.draw(generator(seed, number), rooms[1](), starts)
+        seen = [f.watch(e, episodes) for f, e in zip(flights, (one, two), strict=True)]
+        a, b = (np.vstack([s.crashed, s.met.any(axis=0)]) for s in seen)
+        counts = [_counts(s, episodes) for s in seen]
+        return PairedCounts(counts[0], counts[1], (a & ~b).sum(axis=1), (b & ~a).sum(axis=1))
+
+    return _total(block, samples, seed, workers, progress)
+
+
+def _counts(seen: Sightings, episodes: int) -> CrashCounts:
+    return CrashCounts(
+        episodes, seen.crashed.sum(axis=1), seen.times, seen.first_times, seen.first_any
+    )
+
+
+def _total(
+    block: Callable[[int, int], Counts],
+    samples: int,
+    seed: int,
+    workers: int,
+    progress: Callable[[int], None] | None,
+) -> Counts:
+    """Add up all blocks' counts as they come."""
+    check_request(samples, seed)
+    totals: list[Counts] = []
+    for episodes, counts in over_blocks(block, samples, workers):
+        totals = [totals[0] + counts if totals else counts]
+        if progress is not None:
+            progress(episodes)
+    return totals[0]

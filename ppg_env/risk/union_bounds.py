@@ -1,0 +1,204 @@
+r"""Certified bounds on the crash probability of a profile that is played on its schedule.
+
+A_e(t) is the event that encounter e overlaps at time t in traffic; an agent crashes if any of its
+events happens.  Each line is an upper bound on Pr(union of A_k), and at most the one before:
+
+    union      sum_k g(min(M', s_k))               the paper's, margins capped
+    faces      sum_k g(s_k)                        the same, without the cap
+    instants   sum_k Pr(A_k)                       exact for each instant
+    tree       sum_k Pr(A_k) - sum_kl Pr(A_k, A_l) (k, l) the edges of a forest (Hunter, Worsley)
+
+and ``least`` = max_k Pr(A_k) is a lower bound.  Forests grow from edges between successive times of
+an encounter, and between encounters that share an agent at one time; the heaviest one is taken.
+Where joint probabilities are not exact they are bounded from below, so the bound still holds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.special import log_ndtr, logsumexp
+
+from ppg_env.game.dynamics import covariances
+from ppg_env.game.evaluation import encounter_covariances, evaluate
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.plan import Profile
+from ppg_env.risk.joint_bounds import log_joint_bound
+from ppg_env.risk.overlap import FLAT, log_best_face, log_overlap
+
+WEAK = np.log(1e-5)
+"""Events below this share of the likeliest are left out of forests: there is little to take off."""
+
+SMALLEST = float(np.finfo(float).tiny)
+"""Upper bounds that are not zero, and too small for a float, are this."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds on one crash probability, all in [0, 1]: see the head of this file."""
+
+    union: float
+    faces: float
+    instants: float
+    tree: float
+    least: float
+
+
+@dataclass(frozen=True)
+class RiskBounds:
+    """Bounds for a profile.  N agents, E encounters, times 0..H.
+
+    Attributes
+    ----------
+    log_instants : (E, H+1) log of each Pr(A_e(t)); minus infinity out of traffic.
+    agents : for each agent, that it crashes.
+    encounters : for each encounter, that it overlaps at any time, in the order of the game.
+    any : that anybody crashes.
+    """
+
+    log_instants: np.ndarray
+    agents: tuple[Bounds, ...]
+    encounters: tuple[Bounds, ...]
+    any: Bounds
+
+    @property
+    def instants(self) -> np.ndarray:
+        """(E, H+1) each Pr(A_e(t)); those too small for a float are the smallest one."""
+        floor = np.where(np.isneginf(self.log_instants), 0.0, SMALLEST)
+        return np.maximum(np.exp(self.log_instants), floor)
+
+
+@dataclass(frozen=True)
+class _Events:
+    """Log probabilities (E, H+1), and edges between flattened events with log joint bounds."""
+
+    union: np.ndarray
+    faces: np.ndarray
+    instants: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    joint: np.ndarray
+
+
+def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
+    """Bounds on crash probabilities from the exact probability of every instant.
+
+    Raises
+    ------
+    InputError
+        If the profile does not fit the game, or in more than three dimensions with sets or noise
+        that are not along the axes.
+    """
+    traffic = evaluate(game, profile).traffic
+    means = [plan.means[:, : game.dim] for plan in profile]
+    places = [e.displacement(*(means[i] for i in e.agents)) for e in game.encounters]
+    spreads = [encounter_covariances(game, e) for e in game.encounters]
+    faces, instants = np.full((2, *traffic.shape), -np.inf)
+    for e, encounter in enumerate(game.encounters):
+        data = encounter.collision, places[e][traffic[e]], spreads[e][traffic[e]]
+        faces[e, traffic[e]] = log_best_face(*data)
+        instants[e, traffic[e]] = log_overlap(*data)
+    capped = np.maximum(faces, log_ndtr(-np.sqrt(2) * game.margin_cap))
+    edges = _edges(game, places, spreads, instants)
+    events = _Events(np.where(traffic, capped, -np.inf), faces, instants, *edges)
+    members = [set(encounter.agents) for encounter in game.encounters]
+    return RiskBounds(
+        instants,
+        tuple(
+            _bounds(events, np.array([i in agents for agents in members], dtype=bool))
+            for i in range(len(game.agents))
+        ),
+        tuple(_bounds(events, row) for row in np.eye(len(members), dtype=bool)),
+        _bounds(events, np.ones(len(members), dtype=bool)),
+    )
+
+
+def _edges(
+    game: Game, places: list[np.ndarray], spreads: list[np.ndarray], instants: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First and second event, flattened, and log of a lower bound on their joint probability."""
+    count, times = instants.shape
+    noisy = np.array([_regular(spread) for spread in spreads], dtype=bool).reshape(count, times)
+    top = instants.max(axis=1, keepdims=True, initial=-np.inf)
+    likely = noisy & np.isfinite(instants) & (instants >= top + WEAK)
+    dominant = likely & (instants >= instants.max(initial=-np.inf) + WEAK)
+    jobs = [(e, e, np.flatnonzero(likely[e, :-1] & likely[e, 1:]), 1) for e in range(count)]
+    for e, f in combinations(np.flatnonzero(dominant.any(axis=1)).tolist(), 2):
+        if set(game.encounters[e].agents) & set(game.encounters[f].agents):
+            jobs.append((e, f, np.flatnonzero(dominant[e] & dominant[f]), 0))
+    found = [(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))]
+    for e, f, at, lag in jobs:
+        if at.size:
+            pair = game.encounters[e], game.encounters[f]
+            joint = log_joint_bound(
+                (pair[0].collision, pair[1].collision),
+                (places[e][at], places[f][at + lag]),
+                (spreads[e][at], spreads[f][at + lag]),
+                _cross(game, *pair, lag)[at],
+            )
+            found.append((e * times + at, f * times + at + lag, joint))
+    first, second, joint = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return first, second, joint
+
+
+def _cross(game: Game, one: Encounter, other: Encounter, lag: int) -> np.ndarray:
+    """(H+1, d, d) covariance of the displacement of ``one`` at t with that of ``other`` at t + lag.
+
+    Errors follow e_(t+1) = (A - B gain) e_t + w_t, so cov(e_t, e_(t+1)) = Sigma_t (A - B gain)'.
+    """
+    total = np.zeros((game.horizon + 1, game.dim, game.dim))
+    for i in set(one.agents) & set(other.agents):
+        agent = game.agents[i]
+        later = np.linalg.matrix_power(agent.closed_loop, lag).T
+        sign = 1 if one.agents.index(i) == other.agents.index(i) else -1
+        total += sign * (covariances(agent, game.horizon) @ later)[:, : game.dim, : game.dim]
+    return total
+
+
+def _regular(spread: np.ndarray) -> np.ndarray:
+    """(H+1,) whether there is noise in every direction."""
+    values = np.linalg.eigvalsh(spread)
+    return values[:, 0] > FLAT**2 * values[:, -1]
+
+
+def _bounds(events: _Events, chosen: np.ndarray) -> Bounds:
+    """Bounds on the union of the events of the ``chosen`` (E,) encounters."""
+    union, faces, instants = (
+        _sum(logs[chosen]) for logs in (events.union, events.faces, events.instants)
+    )
+    least = float(events.instants[chosen].max(initial=-np.inf))
+    tree = max(instants + np.log1p(-_forest(events, chosen, instants)), least)
+    return Bounds(
+        union=_upper(union),
+        faces=_upper(faces),
+        instants=_upper(instants),
+        tree=_upper(tree),
+        least=float(min(np.exp(least), 1.0)),
+    )
+
+
+def _forest(events: _Events, chosen: np.ndarray, total: float) -> float:
+    """What the heaviest forest takes off the sum of the chosen events, as a share of it."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import minimum_spanning_tree
+
+    times = events.instants.shape[1]
+    inside = chosen[events.first // times] & chosen[events.second // times]
+    if not inside.any():
+        return 0.0
+    nodes = np.unique([events.first[inside], events.second[inside]])
+    ends = [np.searchsorted(nodes, end[inside]) for end in (events.first, events.second)]
+    weights = -np.exp(events.joint[inside] - total)
+    graph = coo_array((weights, ends), shape=(nodes.size, nodes.size))
+    return float(-minimum_spanning_tree(graph.tocsr()).sum())
+
+
+def _sum(logs: np.ndarray) -> float:
+    return float(logsumexp(logs)) if logs.size else -np.inf
+
+
+def _upper(log: float) -> float:
+    """A probability at least as large as its logarithm says."""
+    return 0.0 if np.isneginf(log) else float(np.clip(np.exp(log), SMALLEST, 1.0))

@@ -1,0 +1,1 @@
+"""The ground floor: validation, frozen records, atomic writes, statistics."""
