@@ -17,7 +17,7 @@ def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
     """The policy of a PPO, A2C or SAC model with ``MlpPolicy``, without its exploration.
 
     ``conditioned`` says that lam is the last input, as in a
-    :class:`~baselines.bridge.GameVecEnv` with ``weights``.
+    :class:`~baselines.vec_env.GameVecEnv` with ``weights``.
 
     Raises
     ------

@@ -8,10 +8,10 @@ import torch
 from stable_baselines3 import PPO
 from torch import nn
 
-from baselines.bridge import GameVecEnv
 from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
-from baselines.turns import Args, Learner, one_thread
+from baselines.training_loop import Args, Learner, one_thread
+from baselines.vec_env import GameVecEnv
 from ppg_env.env.rules import Rules
 
 COPIES = 256

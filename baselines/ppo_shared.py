@@ -6,10 +6,10 @@ the sum of all.  The agents are told apart by what they see, so they need not be
 
 from __future__ import annotations
 
-from baselines.imitation import imitate_homing
 from baselines.policy import Team
 from baselines.ppo import make_learner, policy_of
-from baselines.turns import Args, Progress, in_pieces, take_turns
+from baselines.training_loop import Args, Progress, in_pieces, take_turns
+from baselines.warm_start import imitate_homing
 
 
 def train(args: Args, progress: Progress = lambda _steps: None) -> Team:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from baselines.playerfile import Learned, read_learned
+from baselines.policy_file import Learned, read_learned
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 

@@ -30,9 +30,9 @@ from ppg_env.game.plan import Plan
 from ppg_env.scenarios.make import override_game
 from ppg_env.support.frozen import frozen_array
 from ppg_env.support.statistics import Interval
-from solvers.clock import Clock
+from solvers.budget import Clock
+from solvers.equilibrium.best_response import respond
 from solvers.liability import make_rule
-from solvers.response import respond
 
 SELECTION, JUDGEMENT = 0, 1
 """Groups of episodes: in which the deviation is chosen, and in which it is judged."""
@@ -115,9 +115,9 @@ def _chosen(gains: dict[str, list[np.ndarray]]) -> RegretBound:
 
 def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed: int) -> Player:
     """PPO for one agent against the others as they are."""
-    from baselines.imitation import imitate_homing
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
-    from baselines.turns import Args, Turn, take_turns
+    from baselines.training_loop import Args, Turn, take_turns
+    from baselines.warm_start import imitate_homing
 
     lam, player = game.agents[agent].lam, players[agent]
     own = player.policy if isinstance(player, LearnedPlayer) else None

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from stable_baselines3 import SAC
 
-from baselines.bridge import GameVecEnv
 from baselines.export import export_policy
 from baselines.policy import Policy, Team
-from baselines.turns import Args, Learner, Progress, in_pieces, one_thread, take_turns
+from baselines.training_loop import Args, Learner, Progress, in_pieces, one_thread, take_turns
+from baselines.vec_env import GameVecEnv
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 

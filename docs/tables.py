@@ -23,7 +23,7 @@ class Scenarios(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the table."""
-        from benchmarks.experiments.markdown import markdown_table
+        from benchmarks.studies.markdown import markdown_table
         from ppg_env import scenarios
 
         rows = [(f"`{call}`", what) for call, what in scenarios().items()]
@@ -48,7 +48,7 @@ class StudyResults(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the part that is asked for."""
-        from benchmarks.experiments.markdown import told
+        from benchmarks.studies.markdown import told
 
         name, part = self.arguments
         path = Path(__file__).parent / "studies" / f"{name}.json"
@@ -63,7 +63,7 @@ class Claims(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the table, and a list of definitions."""
-        from benchmarks.reproduction.told import told
+        from benchmarks.reproduction.markdown import told
 
         path = Path(__file__).parent / self.arguments[0]
         self.env.note_dependency(str(path))
@@ -71,7 +71,7 @@ class Claims(SphinxDirective):
 
 
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:
-    from benchmarks.experiments.markdown import markdown_table
+    from benchmarks.studies.markdown import markdown_table
 
     assert name is not None
     assert command is not None

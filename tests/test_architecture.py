@@ -54,7 +54,7 @@ def test_imports_go_one_way(path: Path) -> None:
 
 
 def test_the_check_of_imports_bites() -> None:
-    code = "def f():\n    if x:\n        from solvers.program import Program\n"
+    code = "def f():\n    if x:\n        from solvers.reference.formulation import Program\n"
     assert "solvers" in set(imported(ast.parse(code)))
     assert "benchmarks" in set(imported(ast.parse("import benchmarks.cli as c")))
 

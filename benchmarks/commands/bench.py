@@ -11,7 +11,7 @@ from benchmarks.options import JsonOption, SeedOption
 from benchmarks.terminal import print_json, print_table, working
 
 if TYPE_CHECKING:
-    from benchmarks.measurement import Measurement
+    from benchmarks.speed.measurement import Measurement
 
 TITLES = {
     "planning": "Times in seconds",
@@ -23,13 +23,13 @@ TITLES = {
     "risk": "Crash probabilities, on one core",
 }
 SUITES = {
-    "planning": "benchmarks.timing",
-    "engine": "benchmarks.engine_rate",
-    "many": "benchmarks.many",
-    "environment": "benchmarks.rates",
-    "learning": "benchmarks.training_rate",
-    "sweep": "benchmarks.sweep_rate",
-    "risk": "benchmarks.risk_rate",
+    "planning": "benchmarks.speed.planning",
+    "engine": "benchmarks.speed.engine",
+    "many": "benchmarks.speed.many_agents",
+    "environment": "benchmarks.speed.environment",
+    "learning": "benchmarks.speed.training",
+    "sweep": "benchmarks.speed.sweeps",
+    "risk": "benchmarks.speed.risk",
 }
 
 

@@ -23,7 +23,7 @@ def certify(
 ) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
     from ppg_env.formats.plan_file import read_plan
-    from solvers.certificate import certify as prove
+    from solvers.equilibrium.certificate import certify as prove
 
     game, profile, _ = read_plan(plan)
     with working(f"best responses to {plan}"):

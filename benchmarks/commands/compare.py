@@ -26,7 +26,7 @@ from benchmarks.terminal import (
 )
 
 if TYPE_CHECKING:
-    from benchmarks.comparison import Played, Row
+    from benchmarks.comparison.compare import Played, Row
     from ppg_env.game.game import Game
     from ppg_env.support.statistics import Interval
 
@@ -91,14 +91,14 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare players in one game: arrival, cost, safety, and crashes from simulation."""
-    from benchmarks.comparison import compare as run
-    from benchmarks.comparison import comparison_report
-    from benchmarks.players import ARENAS, Limits, chosen_players
-    from benchmarks.report import game_name
-    from benchmarks.targets import own_folder, target
+    from benchmarks.comparison.compare import compare as run
+    from benchmarks.comparison.compare import comparison_report
+    from benchmarks.comparison.players import ARENAS, Limits, chosen_players
+    from benchmarks.comparison.report import game_name
+    from benchmarks.output_paths import own_folder, target
     from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
-    from solvers.minimise import check_solver
+    from solvers.dispatch import check_solver
 
     known = arena is None or arena in ARENAS
     require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
@@ -127,7 +127,7 @@ def compare(
     else:
         _print(made, rows, arena, episodes)
     if picture is not None:
-        from benchmarks.pictures import comparison_picture
+        from benchmarks.comparison.pictures import comparison_picture
 
         own_folder(picture)
         comparison_picture(made, rows, picture)
@@ -135,7 +135,7 @@ def compare(
 
 
 def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
-    from benchmarks.report import game_name
+    from benchmarks.comparison.report import game_name
 
     cells = _schedule_cells if arena == "schedule" else _env_cells
     heads = SCHEDULE_COLUMNS if arena == "schedule" else ENV_COLUMNS

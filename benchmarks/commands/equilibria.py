@@ -28,10 +28,10 @@ def equilibria(
     as_json: JsonOption = False,
 ) -> None:
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
-    from benchmarks.report import evaluation_report, game_name
+    from benchmarks.comparison.report import evaluation_report, game_name
     from ppg_env import tolerances as tol
     from ppg_env.scenarios.make import make_game
-    from solvers.collection import collect_equilibria
+    from solvers.equilibrium.enumeration import collect_equilibria
 
     made = make_game(game, **overrides)
     with bar(f"equilibria of {game}", runs) as advance:

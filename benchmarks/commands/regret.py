@@ -38,12 +38,12 @@ def regret(
 ) -> None:
     """Lower bounds on regret: what each agent gains by the best deviation that is found."""
     from baselines.regret import regret_bounds
-    from baselines.training import require_extra
-    from benchmarks.players import Limits, chosen_players, contender
-    from benchmarks.report import game_name
+    from baselines.train import require_extra
+    from benchmarks.comparison.players import Limits, chosen_players, contender
+    from benchmarks.comparison.report import game_name
     from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
-    from solvers.minimise import check_solver
+    from solvers.dispatch import check_solver
 
     (name, *others), _ = chosen_players(player, place="--player")
     require(not others, "--player", "has several names", "ask for one")

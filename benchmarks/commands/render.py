@@ -23,7 +23,7 @@ def render(
     seed: SeedOption = 0,
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
-    from benchmarks.pictures import profile_picture
+    from benchmarks.comparison.pictures import profile_picture
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game

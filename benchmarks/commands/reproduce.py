@@ -53,13 +53,13 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """The paper's figures and claims, with verdicts: a table here, and a report to open."""
+    from benchmarks.comparison.pictures import write_figure
     from benchmarks.options import numbers
-    from benchmarks.pictures import write_figure
-    from benchmarks.reproduction.grid import LAMS, SCENARIOS, SETTINGS, Extent, read_settings
+    from benchmarks.output_paths import FOLDER, own_folder, target
+    from benchmarks.reproduction.extent import LAMS, SCENARIOS, SETTINGS, Extent, read_settings
     from benchmarks.reproduction.page import write_page
     from benchmarks.reproduction.pictures import draw
     from benchmarks.reproduction.run import report, reproduce
-    from benchmarks.targets import FOLDER, own_folder, target
     from ppg_env.errors import require
     from ppg_env.support.atomic_write import check_target
 

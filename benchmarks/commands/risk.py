@@ -18,14 +18,14 @@ from benchmarks.options import (
 from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
-    from benchmarks.players import Limits
-    from benchmarks.risk_methods import Question
+    from benchmarks.comparison.players import Limits
+    from benchmarks.crash_risk.analytic import Question
 
 METHODS = {
-    "bound": "benchmarks.risk_methods",
-    "exact": "benchmarks.risk_methods",
-    "mc": "benchmarks.risk_simulation",
-    "rare": "benchmarks.risk_simulation",
+    "bound": "benchmarks.crash_risk.analytic",
+    "exact": "benchmarks.crash_risk.analytic",
+    "mc": "benchmarks.crash_risk.simulated",
+    "rare": "benchmarks.crash_risk.simulated",
 }
 """Where each method is at home, under its name."""
 
@@ -75,11 +75,11 @@ def risk(
     from dataclasses import replace
     from importlib import import_module
 
-    from benchmarks.players import ARENAS, Limits
+    from benchmarks.comparison.players import ARENAS, Limits
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.game.evaluation import evaluate
-    from solvers.minimise import check_solver
+    from solvers.dispatch import check_solver
 
     require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
     known = arena is None or arena in ARENAS
@@ -143,8 +143,8 @@ def _question(
     subject: str, player: str | None, overrides: dict[str, Any], arena: str | None, limits: Limits
 ) -> Question:
     """A plan file has its game and its plans; in a game, planners plan first."""
-    from benchmarks.players import RECEDING, chosen_players, contender
-    from benchmarks.risk_methods import Question
+    from benchmarks.comparison.players import RECEDING, chosen_players, contender
+    from benchmarks.crash_risk.analytic import Question
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game

@@ -59,7 +59,7 @@ def solve(
     as_json: JsonOption = False,
 ) -> None:
     """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
-    from benchmarks.report import solution_report
+    from benchmarks.comparison.report import solution_report
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import write_plan
     from ppg_env.scenarios.make import make_game
@@ -78,7 +78,7 @@ def solve(
         if solution == "best-response":
             found = _best_response(made, agent, against, charge, solver, time_limit)
         elif solution == "nash":
-            from solvers.dynamics import best_response_dynamics
+            from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 
             found = best_response_dynamics(
                 made,
@@ -93,7 +93,7 @@ def solve(
                 ),
             )
         else:
-            from solvers.joint import potential_equilibrium, social_optimum
+            from solvers.optimum.joint import potential_equilibrium, social_optimum
 
             planner = social_optimum if solution == "social" else potential_equilibrium
             news = {"value": float("inf"), "bound": float("-inf")}
@@ -134,10 +134,10 @@ def _best_response(
     solver: str,
     time_limit: float | None,
 ) -> Solution:
-    from benchmarks.players import PLANNERS, Limits
+    from benchmarks.comparison.players import PLANNERS, Limits
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
-    from solvers.response import best_response, check_agent
+    from solvers.equilibrium.best_response import best_response, check_agent
 
     check_agent(game, agent)
     if against is not None:
@@ -153,7 +153,7 @@ def _best_response(
 
 
 def _print(found: Solution) -> None:
-    from benchmarks.report import game_name
+    from benchmarks.comparison.report import game_name
 
     judged = found.evaluation
     assert judged is not None

@@ -55,9 +55,9 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Run a study, or go on with it, and tell what its rows say."""
-    from benchmarks.experiments.study import SPEEDS, find_study
     from benchmarks.options import numbers
-    from benchmarks.targets import own_folder, target
+    from benchmarks.output_paths import own_folder, target
+    from benchmarks.studies.study import SPEEDS, find_study
 
     chosen = find_study(name)
     whole, lam = chosen.choice, numbers("lams", lams)
@@ -84,7 +84,7 @@ def study(
         for sentence in said:
             typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
-        from benchmarks.pictures import write_figure
+        from benchmarks.comparison.pictures import write_figure
 
         own_folder(picture)
         for part, figure in chosen.draw(rows).items():

@@ -87,15 +87,15 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Run every combination of games, fields, players and seeds, or go on with it."""
+    from benchmarks.output_paths import own_folder, target
     from benchmarks.sweeps import Store
     from benchmarks.sweeps import sweep as run
     from benchmarks.sweeps.export import check_export
     from benchmarks.sweeps.grid import whole_numbers
     from benchmarks.sweeps.run import missing, part
-    from benchmarks.sweeps.table import print_rows
-    from benchmarks.targets import own_folder, target
+    from benchmarks.sweeps.summary import print_rows
     from ppg_env.errors import require
-    from solvers.minimise import check_solver
+    from solvers.dispatch import check_solver
 
     words = {
         "players": players and _split(players),

@@ -50,10 +50,10 @@ def train(
     as_json: JsonOption = False,
 ) -> None:
     """Train players with stable-baselines3; goes on where it was when it was killed."""
-    from baselines.playerfile import write_learned
-    from baselines.training import METHODS, train_players
+    from baselines.policy_file import write_learned
+    from baselines.train import METHODS, train_players
     from benchmarks.options import numbers
-    from benchmarks.targets import target
+    from benchmarks.output_paths import target
     from ppg_env.env.rules import CHOICES
     from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game

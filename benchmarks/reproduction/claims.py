@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.experiments.results import FREE, NEGLIGIBLE
 from benchmarks.reproduction.curves import Panel
-from benchmarks.reproduction.grid import DYNAMICS, EQUILIBRIA, INTERSECTIONS, Place
+from benchmarks.reproduction.extent import DYNAMICS, EQUILIBRIA, INTERSECTIONS, Place
 from benchmarks.reproduction.verdicts import Case
+from benchmarks.studies.results import FREE, NEGLIGIBLE
 from ppg_env import tolerances as tol
 
 SMALL = 0.10

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.reproduction.grid import EQUILIBRIA, SOCIAL, Place
+from benchmarks.reproduction.extent import EQUILIBRIA, SOCIAL, Place
 from benchmarks.sweeps import Row
 
 QUANTITIES = ("objective", "time", "safety")

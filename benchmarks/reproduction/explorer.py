@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reproduction.curves import Panel
-from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Place
+from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Place
 from benchmarks.reproduction.run import Reproduction
 from benchmarks.sweeps import Row
 from ppg_env.formats.game_file import game_from_tables

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.pictures import new_figure
+from benchmarks.comparison.pictures import new_figure
 from benchmarks.reproduction.curves import Curve, Panel
-from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, POTENTIAL, SOCIAL
+from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, POTENTIAL, SOCIAL
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

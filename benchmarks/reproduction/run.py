@@ -9,7 +9,7 @@ from typing import Any
 
 from benchmarks.reproduction.claims import CLAIMS, Claim
 from benchmarks.reproduction.curves import QUANTITIES, Curve, Panel, make_panel
-from benchmarks.reproduction.grid import Extent, Place, Setting
+from benchmarks.reproduction.extent import Extent, Place, Setting
 from benchmarks.reproduction.verdicts import Case, Verdict, verdict
 from benchmarks.sweeps import sweep
 

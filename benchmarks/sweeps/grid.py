@@ -21,7 +21,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from benchmarks.players import FILE, chosen_players
+from benchmarks.comparison.players import FILE, chosen_players
 from benchmarks.sweeps.cell import CHARGED, DYNAMIC, SELFISH, Cell
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import read_tables

@@ -17,9 +17,9 @@ from time import perf_counter
 from typing import Any
 
 from benchmarks.sweeps.cell import Cell
-from benchmarks.sweeps.pool import LOKY, Died, check_backend, each_done
 from benchmarks.sweeps.row import FAILED, Row, make_row
 from benchmarks.sweeps.store import Store
+from benchmarks.sweeps.workers import LOKY, Died, check_backend, each_done
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import SpectralRadiusWarning
 
@@ -125,8 +125,8 @@ def play(task: Task) -> Report:
 
 
 def _played(cell: Cell) -> Report:
-    from benchmarks.comparison import compare, row_report
-    from benchmarks.report import solution_report
+    from benchmarks.comparison.compare import compare, row_report
+    from benchmarks.comparison.report import solution_report
 
     (row,) = compare(
         cell.game, [cell.player], cell.episodes, cell.limits, arena=cell.arena, groups=cell.groups

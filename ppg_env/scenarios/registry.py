@@ -7,7 +7,6 @@ import inspect
 import pkgutil
 from collections.abc import Callable
 from functools import lru_cache
-from pathlib import Path
 
 from ppg_env.scenarios.course import Course
 
@@ -18,10 +17,11 @@ OTHERS = ("course", "make", "registry")
 @lru_cache(maxsize=1)
 def registry() -> dict[str, Callable[..., Course]]:
     """Return every scenario by its name, those of the paper first."""
+    package = importlib.import_module("ppg_env.scenarios")  # ppg_env.scenarios is a function
     found: dict[str, Callable[..., Course]] = {}
-    names = sorted(info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)]))
+    names = sorted(info.name for info in pkgutil.iter_modules(package.__path__))
     for name in sorted(set(names).difference(OTHERS), key=lambda name: (name != "paper", name)):
-        module = importlib.import_module(f"{__package__}.{name}")
+        module = importlib.import_module(f"{package.__name__}.{name}")
         for key, value in vars(module).items():
             if inspect.isfunction(value) and value.__module__ == module.__name__ and key[0] != "_":
                 found[key] = value

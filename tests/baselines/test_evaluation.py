@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines import judge
-from baselines.evaluation import over_runs
+from baselines.evaluate_runs import over_runs
 from ppg_env import Game, InputError
 from ppg_env.env import episodes as arena
 from ppg_env.env.players import Homing, straight_players

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines import Learned, judge, train_players
-from baselines.training import METHODS
+from baselines.train import METHODS
 from ppg_env import Agent, Game, InputError, Polytope, make_game
 from ppg_env.env.players import straight_players
 

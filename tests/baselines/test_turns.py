@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baselines import ppo_shared, sac_single, separate
-from baselines.turns import Args, Turn, fingerprint, in_pieces
+from baselines import ppo_per_agent as separate
+from baselines import ppo_shared, sac_single
+from baselines.training_loop import Args, Turn, fingerprint, in_pieces
 from ppg_env import Game, InputError, make_game
 
 ROOT = Path(__file__).parents[2]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from baselines.pretrained import find_pretrained
-from benchmarks.experiments import learned, tightness
-from benchmarks.experiments.results import completed, read_rows, write_rows
+from benchmarks.studies import learned, tightness
+from benchmarks.studies.results import completed, read_rows, write_rows
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
 
@@ -68,7 +68,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(ppg, tmp_path):
 
 def test_the_figures_of_a_cell_are_those_of_the_runs():
     """A learner's cost is the mean over its runs, each in its own group of episodes."""
-    from baselines.evaluation import judge
+    from baselines.evaluate_runs import judge
 
     cell = learned.Cell("parallel", "l1", 0.5)
     found = learned.run_cell(cell, 500, seed=2)["players"]["ppo-social"]

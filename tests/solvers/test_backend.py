@@ -10,7 +10,7 @@ import pytest
 
 from ppg_env import InputError, evaluate, make_game, straight_plan
 from solvers import Status, best_response, best_response_dynamics, social_optimum
-from solvers.backend import check_backend, solve
+from solvers.reference.cvxpy_backend import check_backend, solve
 
 TWO_AGENTS = ("opposing", "head_on", "parallel", "intersection")
 OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}

@@ -7,7 +7,7 @@ import pytest
 
 from ppg_env import InputError, evaluate, make_game, make_profile, straight_plan
 from solvers import best_response, best_response_dynamics, certify, social_optimum
-from solvers.certificate import Certificate
+from solvers.equilibrium.certificate import Certificate
 
 LIMITS = [0.0, 0.01, 0.05, 0.2, 0.5]
 

@@ -6,7 +6,7 @@ import pytest
 
 from ppg_env import make_game
 from solvers import certify, collect_equilibria
-from solvers.collection import passing
+from solvers.equilibrium.enumeration import passing
 
 
 @pytest.mark.parametrize("name", ["head_on", "intersection"])

@@ -8,9 +8,9 @@ from ppg_env import evaluate, make_game
 from ppg_env.game import objective
 from ppg_env.game.plan import straight_plan
 from ppg_env.scenarios.make import SPEEDS
-from solvers.clock import Clock
-from solvers.engine import engine_search
-from solvers.minimise import ENGINE, check_solver, minimise
+from solvers.budget import Clock
+from solvers.dispatch import ENGINE, check_solver, minimise
+from solvers.engine.arrival_search import engine_search
 from solvers.solution import Status
 from tests.solvers.test_random_games import drawn_plan, random_game
 

@@ -10,10 +10,10 @@ from ppg_env.game import objective
 from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.input_sets import pieces
 from solvers import best_response, certify, potential_equilibrium, social_optimum
-from solvers.clock import Clock
-from solvers.engine import engine_search
+from solvers.budget import Clock
+from solvers.engine.arrival_search import engine_search
+from solvers.engine.symmetry import symmetries
 from solvers.solution import Status
-from solvers.symmetry import symmetries
 from tests.solvers.mixed_games import mixed_game
 from tests.solvers.test_engine import both
 
@@ -92,7 +92,7 @@ def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     game = mixed_game(seed).game
     weights = objective.social(game)
     plain = engine_search(game, (0, 1), weights, None, Clock(None))
-    monkeypatch.setattr("solvers.lemmas.PATIENCE", 0)
+    monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
     advised = engine_search(game, (0, 1), weights, None, Clock(None))
     assert advised.status is plain.status
     assert advised.value == pytest.approx(plain.value, rel=1e-7, abs=1e-7)

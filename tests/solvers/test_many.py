@@ -10,17 +10,17 @@ from ppg_env.game import objective
 from ppg_env.game.game import override
 from ppg_env.game.plan import straight_plan
 from solvers import best_response_dynamics, certify, social_optimum
-from solvers.bounds import pair_bound
-from solvers.branching import Tree
-from solvers.clock import Clock
-from solvers.engine import engine_search
-from solvers.fixed import INF, FixedProgram
-from solvers.lemmas import Lemmas
-from solvers.meetings import Task, matters, meetings
-from solvers.neighbourhood import descent
-from solvers.polish import polish
+from solvers.budget import Clock
+from solvers.engine.arrival_search import engine_search
+from solvers.engine.branch_and_bound import Tree
+from solvers.engine.cuts import Lemmas
+from solvers.engine.fixed_arrival_lp import INF, FixedProgram
+from solvers.engine.presolve import Task, matters, meetings
+from solvers.engine.refine import polish
+from solvers.engine.symmetry import identity, symmetries
+from solvers.optimum.annealing import descent
+from solvers.optimum.pair_bound import pair_bound
 from solvers.solution import Status
-from solvers.symmetry import identity, symmetries
 
 
 def crossing(**changes):
@@ -65,10 +65,12 @@ def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatc
     game = crossing()
     weights = objective.social(game)
     fast = engine_search(game, range(4), weights, None, Clock(None))
-    monkeypatch.setattr("solvers.engine.symmetries", lambda game, weights: [identity(game)])
-    monkeypatch.setattr("solvers.lemmas.PATIENCE", 0)
+    monkeypatch.setattr(
+        "solvers.engine.arrival_search.symmetries", lambda game, weights: [identity(game)]
+    )
+    monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
     eager = engine_search(game, range(4), weights, None, Clock(None))
-    monkeypatch.setattr("solvers.lemmas._triples", lambda task: [])
+    monkeypatch.setattr("solvers.engine.cuts._triples", lambda task: [])
     plain = engine_search(game, range(4), weights, None, Clock(None))
     assert fast.status is eager.status is plain.status is Status.OPTIMAL
     assert fast.value == pytest.approx(plain.value, abs=1e-6)

@@ -7,8 +7,8 @@ import pytest
 
 from ppg_env import evaluate, make_game, make_plan, make_profile, straight_plan
 from ppg_env.game import objective
-from solvers import backend
-from solvers.program import Program
+from solvers.reference import cvxpy_backend as backend
+from solvers.reference.formulation import Program
 
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppg_env import make_game
 from ppg_env.game.objective import loss
-from solvers.tangents import SLOTS, TangentTable
+from solvers.reference.tangents import SLOTS, TangentTable
 
 CAPS = st.floats(0.5, 26.0)
 COSTS = st.sampled_from([0.0, 1.0, 100.0, 1e4])

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from benchmarks import sweeps
-from benchmarks.experiments.study import Choice
+from benchmarks.studies.study import Choice
 
 SMALL = Choice(("intersection",), ("l1",), (0.8,), episodes=2000)
 

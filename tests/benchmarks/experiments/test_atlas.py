@@ -7,8 +7,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from benchmarks.experiments import atlas
-from benchmarks.experiments.study import Choice
+from benchmarks.studies import atlas
+from benchmarks.studies.study import Choice
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 
 

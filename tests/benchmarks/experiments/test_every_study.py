@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.experiments.markdown import markdown_table, told
-from benchmarks.experiments.results import read_rows
-from benchmarks.experiments.study import STUDIES, find_study
+from benchmarks.studies.markdown import markdown_table, told
+from benchmarks.studies.results import read_rows
+from benchmarks.studies.study import STUDIES, find_study
 from ppg_env import InputError
 from tests.benchmarks.experiments.conftest import SMALL
 from tests.benchmarks.judges import picture_size

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.experiments import surrogate
-from benchmarks.experiments.orders import Game, Pair, clearest, games
-from benchmarks.experiments.surrogate import SCORES
+from benchmarks.studies import surrogate
+from benchmarks.studies.orders import Game, Pair, clearest, games
+from benchmarks.studies.surrogate import SCORES
 from tests.benchmarks.experiments.conftest import crashing
 
 

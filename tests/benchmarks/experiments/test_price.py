@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from benchmarks.comparison import FEW
-from benchmarks.experiments import price, prices
-from benchmarks.experiments.results import NEGLIGIBLE
+from benchmarks.comparison.compare import FEW
+from benchmarks.studies import price, prices
+from benchmarks.studies.results import NEGLIGIBLE
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.plan import make_profile

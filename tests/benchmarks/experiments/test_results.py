@@ -7,7 +7,7 @@ import json
 import pytest
 
 from benchmarks import sweeps
-from benchmarks.experiments.results import chance, digested, grouped, read_rows, write_rows
+from benchmarks.studies.results import chance, digested, grouped, read_rows, write_rows
 from benchmarks.sweeps import Cell
 from ppg_env import InputError
 from tests.benchmarks.experiments.conftest import crashing

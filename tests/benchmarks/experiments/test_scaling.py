@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.experiments import scaling
-from benchmarks.experiments.study import Choice
+from benchmarks.studies import scaling
+from benchmarks.studies.study import Choice
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 
 

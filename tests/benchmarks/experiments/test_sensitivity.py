@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.experiments import prices, sensitivity
+from benchmarks.studies import prices, sensitivity
 from tests.benchmarks.experiments.conftest import SMALL, crashing
 
 

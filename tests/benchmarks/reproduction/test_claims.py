@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.reproduction.claims import CLAIMS
 from benchmarks.reproduction.curves import Curve, Panel
-from benchmarks.reproduction.grid import (
+from benchmarks.reproduction.extent import (
     EQUILIBRIA,
     GAINS,
     SCENARIOS,

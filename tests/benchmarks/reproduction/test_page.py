@@ -17,7 +17,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from benchmarks.reproduction.curves import make_panel
-from benchmarks.reproduction.grid import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
+from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
 from benchmarks.reproduction.page import embedded, write_page
 from benchmarks.reproduction.run import Reproduction, judge, reproduce
 from benchmarks.sweeps import Row, Store

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.reproduction.grid import (
+from benchmarks.reproduction.extent import (
     BEST_RESPONSE,
     DYNAMICS,
     SOCIAL,

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.comparison import compare, comparison_report
-from benchmarks.players import Limits
+from benchmarks.comparison.compare import compare, comparison_report
+from benchmarks.comparison.players import Limits
 from benchmarks.sweeps import Cell, Store, run, sweep
-from benchmarks.sweeps.pool import Died, each_done
 from benchmarks.sweeps.run import part, play
+from benchmarks.sweeps.workers import Died, each_done
 from ppg_env import InputError, make_game
 from ppg_env.formats.game_file import game_from_tables, game_to_toml
 from ppg_env.game.polytope import Polytope

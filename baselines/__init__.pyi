@@ -1,0 +1,11 @@
+from .evaluate_runs import judge as judge
+from .export import export_policy as export_policy
+from .policy import LearnedPlayer as LearnedPlayer
+from .policy import Policy as Policy
+from .policy_file import Learned as Learned
+from .policy_file import read_learned as read_learned
+from .policy_file import write_learned as write_learned
+from .pretrained import find_pretrained as find_pretrained
+from .regret import regret_bounds as regret_bounds
+from .train import train_players as train_players
+from .vec_env import GameVecEnv as GameVecEnv

@@ -1,0 +1,63 @@
+r"""A warm start: the network first imitates flying straight home.
+
+    minimise  mean |policy(x) - homing(x)|^2
+
+over states met by movers that are pushed about at random.  From a random network PPO often finds
+the safe and useless plan first, to fly away from everybody, and stays there: near the others every
+step is dangerous, and far away the way back is long.  From straight flight it has only to learn
+when to give way.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from baselines.export import mean_action
+from baselines.vec_env import GameVecEnv
+from ppg_env.env.players import Homing
+
+STEPS = 48
+"""Steps of each copy: a few episodes."""
+
+PUSH = 0.7
+"""Standard deviation of random pushes, in units of the largest control."""
+
+UPDATES, BATCH, RATE = 1500, 1024, 2e-3
+
+
+def imitate_homing(model: Any, env: GameVecEnv, seed: int) -> None:
+    """Fit the mean policy of ``model`` to straight flight in the game of ``env``."""
+    random = np.random.default_rng(seed)
+    seen, wanted = _examples(env, random)
+    inputs, targets = torch.as_tensor(seen), torch.as_tensor(wanted)
+    optimiser = torch.optim.Adam(model.policy.parameters(), lr=RATE)
+    for _ in range(UPDATES):
+        some = torch.as_tensor(random.integers(len(inputs), size=BATCH))
+        loss = ((mean_action(model, inputs[some]) - targets[some]) ** 2).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+
+
+def _examples(env: GameVecEnv, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs (K, W) and homing actions (K, m) of learners that are pushed about."""
+    players = {i: Homing(env.simulator.game, i) for i in env.learners}
+    shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
+    seen, wanted = [], []
+    observation: Any = env.reset()
+    push = random.normal(size=shape) * PUSH
+    for _ in range(STEPS):
+        action = np.zeros(shape, dtype=np.float32)
+        for k, i in enumerate(env.learners):
+            action[:, k] = env.normalised(i, players[i].act(env.simulator.view(i)))
+        seen.append(observation)
+        wanted.append(action.reshape(-1, shape[2]))
+        changes = random.random((shape[0], 1, 1)) < 0.2
+        push = np.where(changes, random.normal(size=shape) * PUSH, push)
+        keeps = random.random((*shape[:2], 1)) < 0.5
+        moved = np.clip(action * keeps + push, -1.0, 1.0)
+        observation = env.step(moved.reshape(-1, shape[2]))[0]
+    return np.concatenate(seen), np.concatenate(wanted)

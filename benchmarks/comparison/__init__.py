@@ -1,0 +1,1 @@
+"""Players in one game, side by side."""

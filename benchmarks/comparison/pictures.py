@@ -1,0 +1,182 @@
+"""Pictures of ``compare`` and ``render``: what each player does, and what it costs.
+
+Needs the extra ``render`` (matplotlib).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.comparison.compare import Row
+from benchmarks.comparison.report import game_name
+from ppg_env.errors import InputError
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from ppg_env.plotting import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
+from ppg_env.support.atomic_write import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEGEND_AGENTS = 6
+"""With more agents a legend of names would crowd out the bars."""
+
+LEGEND = (
+    "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
+    "numbers: time   dark: closest approach"
+)
+PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
+
+PANELS = 4
+"""Most panels in a line."""
+
+LEAST = 1e-30
+"""Smallest crash probability that is drawn: below it the axis would show nothing else."""
+
+
+def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
+    """Write a PNG of a profile, or of the game alone."""
+    figure = new_figure(6.4, 6.2)
+    axes = figure.subplots()
+    if profile is None:
+        draw_game(axes, game)
+        axes.set_title(game_name(game))
+    else:
+        draw_profile(axes, game, profile)
+        axes.set_title(f"{game_name(game)}{_closest(game, profile)}", fontsize=10)
+    figure.supxlabel(LEGEND, fontsize=7)
+    write_figure(figure, path)
+
+
+def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
+    """Write a PNG: one panel of paths per player, arrival times and crash probabilities below."""
+    played = [row for row in rows if row.played is not None]
+    lines = -(-len(played) // PANELS)
+    wide = -(-len(played) // lines)
+    figure = new_figure(max(3.3 * wide, 6.6), 2.5 + 3.9 * lines)
+    grid = figure.add_gridspec(2, 1, height_ratios=(1.5 * lines, 1.0))
+    top = grid[0].subgridspec(lines, wide)
+    panels: list[Any] = []
+    for k, row in enumerate(played):
+        axes = figure.add_subplot(
+            top[k // wide, k % wide],
+            sharex=panels[0] if k else None,
+            sharey=panels[0] if k else None,
+        )
+        _paths(axes, game, row)
+        if k % wide:
+            axes.set_ylabel("")
+        panels.append(axes)
+    bottom = grid[1].subgridspec(1, 2)
+    _arrivals(figure.add_subplot(bottom[0]), game, played)
+    _crashes(figure.add_subplot(bottom[1]), played)
+    figure.suptitle(f"{game_name(game)}: objective {game.objective}, {_lams(game)}", fontsize=11)
+    in_environment = any(row.played and row.played.paths is not None for row in played)
+    figure.supxlabel(PATHS_LEGEND if in_environment else LEGEND, fontsize=7)
+    write_figure(figure, path)
+
+
+def _paths(axes: Axes, game: Game, row: Row) -> None:
+    """What was played in the environment, or what is planned on schedule."""
+    assert row.played is not None
+    if row.played.paths is not None:
+        draw_paths(axes, game, row.played.paths)
+        axes.set_title(_short(row.player), fontsize=9)
+        return
+    assert row.profile is not None
+    draw_profile(axes, game, row.profile)
+    axes.set_title(f"{row.player}{_closest(game, row.profile)}", fontsize=9)
+
+
+def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
+    count = len(game.agents)
+    for i, name in enumerate(game.agent_names):
+        places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
+        times = np.array([row.played.arrival[i] for row in rows if row.played])
+        heights = np.where(np.isfinite(times), times, 0.0)  # nobody arrived: no bar
+        axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
+    axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
+    axes.set_ylabel("arrival (steps)")
+    if 1 < count <= LEGEND_AGENTS:
+        axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
+def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
+    """Log scale, intervals over runs where there are several; an arrow from the upper limit down
+    where no crash was seen.
+    """
+    played = [row.played for row in rows if row.played is not None]
+    estimates = [one.crash_any for one in played]
+    for k, (one, estimate) in enumerate(zip(played, estimates, strict=True)):
+        if estimate.value:
+            runs = one.over_runs if one.method == "mc" else None
+            limits = runs["crash_probability"] if runs else estimate
+            low = max(limits.low, estimate.value / 100)  # zero is nowhere on a log scale
+            error = np.array([[estimate.value - low], [limits.high - estimate.value]])
+            axes.errorbar(k, estimate.value, yerr=error, fmt="o", color="black", capsize=5)
+            label, height = f"{estimate.value:.1e}", estimate.value
+        else:
+            arrow = np.array([[0.6 * estimate.high], [0.0]])
+            axes.errorbar(k, estimate.high, arrow, uplims=True, fmt="_", color="black", capsize=4)
+            label, height = f"< {estimate.high:.0e}", estimate.high
+        axes.annotate(label, (k, height), xytext=(8, -3), textcoords="offset points", fontsize=8)
+    axes.set_yscale("log")
+    lowest = min(estimate.low or 0.3 * estimate.high for estimate in estimates)
+    axes.set_ylim(max(lowest / 3, LEAST), 2.0)
+    axes.set_xlim(-0.5, len(rows) - 0.3)
+    axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
+    axes.set_ylabel("Pr(anybody crashes)")
+    axes.grid(axis="y", alpha=0.3)
+
+
+def _short(player: str) -> str:
+    """A player's name; of a file, its name without the folder."""
+    return player.rsplit("/", 1)[-1].removesuffix(".npz")
+
+
+def _ticks(rows: Sequence[Row]) -> list[str]:
+    return [_short(row.player).replace("-", "-\n", 1) for row in rows]
+
+
+def _closest(game: Game, profile: Profile) -> str:
+    time = closest_approach(game, profile)
+    return "" if time is None else f"   closest at t = {time}"
+
+
+def _lams(game: Game) -> str:
+    return "λ = " + ", ".join(f"{lam:g}" for lam in sorted({agent.lam for agent in game.agents}))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure, sizes in inches."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError(
+            "picture", "needs matplotlib", "install path-planning-games[render], or use --json"
+        ) from None
+    return Figure(figsize=(width, height), layout="constrained")  # no display, no global state
+
+
+def write_figure(figure: Figure, path: str) -> None:
+    """Write ``figure`` as a PNG, without a date in it."""
+    stream = BytesIO()
+    figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
+    write_atomically(path, stream.getvalue())
+
+
+def svg(figure: Figure) -> bytes:
+    """``figure`` as SVG, sharp at every size; the same bytes for the same figure."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    stream = BytesIO()
+    with rc_context({"svg.hashsalt": "path-planning-games"}):
+        # Figure.savefig would draw everything once more, in vain.
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
+    return stream.getvalue()

@@ -1,0 +1,1 @@
+"""Methods of ``ppg risk``: analytic and simulated crash probabilities."""

@@ -1,0 +1,213 @@
+r"""The methods of ``ppg risk``: each answers in its own way, and says what it promises.
+
+bound   certified upper bounds; the paper's is the answer, tighter ones are beside it
+exact   exact for each instant; over time [likeliest instant, tightest certified bound]
+
+Those that simulate are in :mod:`benchmarks.crash_risk.simulated`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.comparison.players import Contender, Limits
+from ppg_env.errors import InputError
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.plan import Profile
+
+if TYPE_CHECKING:
+    from ppg_env.risk.union_bounds import Bounds, RiskBounds
+
+LADDER = ("union", "faces", "instants", "tree")
+"""Upper bounds from the paper's to the tightest, as :mod:`ppg_env.risk.union_bounds` names them."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """How likely do the agents of ``game`` crash?
+
+    Attributes
+    ----------
+    profile : the plans that are played on schedule; None for players without plans.
+    contender : who plays in the environment; None for a plan file.
+    limits : a solver for players that plan on the way, and the seed.
+    arena : ``schedule`` or ``env``, for methods that simulate.
+    against : another game and profile that the crashes are compared with.
+    swept : whether to look between the instants.
+    episodes : to simulate; None for as many as the method finds fit.
+    progress : is told how many episodes are done since the last call.
+    """
+
+    game: Game
+    profile: Profile | None
+    contender: Contender | None = None
+    limits: Limits = field(default_factory=Limits)
+    arena: str = "schedule"
+    against: tuple[Game, Profile] | None = None
+    swept: bool = False
+    episodes: int | None = None
+    workers: int = 1
+    progress: Callable[[int], None] = lambda _count: None
+
+
+@dataclass(frozen=True)
+class Chance:
+    """A probability with the limits that the method promises."""
+
+    probability: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        """Never a bare zero: what was not seen shows its upper limit."""
+        if self.probability == self.high:
+            least = f", >= {_rounded(self.low, ROUND_FLOOR)}" if self.low else ""
+            return f"<= {at_most(self.high)}{least}"
+        if self.probability == 0:
+            return f"< {self.high:.1e}"
+        return f"{self.probability:.2e} [{self.low:.1e}, {self.high:.1e}]"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method found.
+
+    Attributes
+    ----------
+    promise : what the numbers are, in a sentence.
+    agents, any : for each agent, and for anybody.
+    samples : simulated episodes.
+    details : more, for ``--json``.
+    columns, rows : more columns of the table, a row for each agent and one for anybody.
+    """
+
+    promise: str
+    agents: tuple[Chance, ...]
+    any: Chance
+    samples: int = 0
+    details: dict[str, Any] = field(default_factory=dict)
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] | None = None
+
+
+def bound(question: Question) -> Answer:
+    """The paper's union bound, with certified bounds that are tighter."""
+    found = _bounds(question)
+    everybody = (*found.agents, found.any)
+    chances = [Chance(one.union, 0.0, one.union) for one in everybody]
+    rows = [
+        (_times(one, "union"), *(f"<= {at_most(getattr(one, name))}" for name in LADDER[1:]))
+        for one in everybody
+    ]
+    return Answer(
+        "The paper's bound, which caps margins, and how many times the tightest bound it is. "
+        "Tighter ones: without the cap; exact for each instant; less what successive times share.",
+        tuple(chances[:-1]),
+        chances[-1],
+        details=_details(question.game, found),
+        columns=("ratio", "best faces", "exact instants", "less shared"),
+        rows=tuple(rows),
+    )
+
+
+def exact(question: Question) -> Answer:
+    """Exact for each instant; its largest and the tightest bound on all of them together."""
+    found = _bounds(question)
+    chances = [Chance(one.tree, one.least, one.tree) for one in (*found.agents, found.any)]
+    members = [set(encounter.agents) for encounter in question.game.encounters]
+    everybody = range(len(question.game.agents))
+    chosen = [[i in agents for agents in members] for i in everybody] + [[True] * len(members)]
+    return Answer(
+        "Exact for each instant; over time certified to be at most this (the tightest bound), and "
+        "at least the likeliest instant.",
+        tuple(chances[:-1]),
+        chances[-1],
+        details=_details(question.game, found),
+        columns=("likeliest instant",),
+        rows=tuple((_likeliest(question.game, found.log_instants, some),) for some in chosen),
+    )
+
+
+def _bounds(question: Question) -> RiskBounds:
+    from ppg_env.risk.union_bounds import risk_bounds
+
+    if question.profile is None:
+        name = "this player" if question.contender is None else question.contender.name
+        raise InputError(
+            "--player", f"is {name}, which has no plan to compute with", "use --method mc"
+        )
+    return risk_bounds(question.game, question.profile)
+
+
+def at_most(bound: float) -> str:
+    """A bound in three digits, rounded up: rounded down it would be none."""
+    return _rounded(bound, ROUND_CEILING)
+
+
+def _rounded(value: float, way: str) -> str:
+    return f"{float(Context(prec=3, rounding=way).create_decimal(value)):.2e}"
+
+
+def _times(one: Bounds, name: str) -> str:
+    ratio = _ratio(one, name)
+    return "" if ratio is None else f"{ratio:.3g}x"
+
+
+def _ratio(one: Bounds, name: str) -> float | None:
+    """A bound over the tightest one; None where there is no risk."""
+    value: float = getattr(one, name)
+    return value / one.tree if one.tree else None
+
+
+def _likeliest(game: Game, logs: np.ndarray, chosen: Sequence[bool]) -> str:
+    """The likeliest crash of the chosen encounters: who, when, how likely."""
+    some = np.flatnonzero(chosen)
+    if not some.size or np.isneginf(logs[some].max()):
+        return "none"
+    place, t = np.unravel_index(int(logs[some].argmax()), logs[some].shape)
+    who = " and ".join(parties(game, game.encounters[some[place]]))
+    return f"{power(float(logs[some[place], t]))}: {who}, t = {t}"
+
+
+def parties(game: Game, encounter: Encounter) -> Iterable[str]:
+    """Names of who meets in an encounter."""
+    yield from (game.agent_names[i] for i in encounter.agents)
+    if encounter.obstacle is not None:
+        yield f"obstacle {encounter.obstacle}"
+
+
+def power(log: float) -> str:
+    """A probability from its logarithm, however small."""
+    if log > np.log(1e-300):
+        return f"{np.exp(log):.2e}"
+    return f"1e{log / np.log(10):.0f}"
+
+
+def _details(game: Game, found: RiskBounds) -> dict[str, Any]:
+    tens = found.log_instants / np.log(10)
+    encounters = [
+        {
+            "agents": encounter.agents,
+            "obstacle": encounter.obstacle,
+            "instants": instants,
+            "log10_instants": logs,
+            "bounds": _report(one),
+        }
+        for encounter, one, instants, logs in zip(
+            game.encounters, found.encounters, found.instants, tens, strict=True
+        )
+    ]
+    return {
+        "bounds": {"agents": [_report(one) for one in found.agents], "any": _report(found.any)},
+        "encounters": encounters,
+    }
+
+
+def _report(one: Bounds) -> dict[str, Any]:
+    """The bounds of one event, and how many times the tightest upper one each of them is."""
+    return vars(one) | {"ratios": {name: _ratio(one, name) for name in LADDER}}

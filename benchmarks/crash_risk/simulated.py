@@ -1,0 +1,245 @@
+r"""Crash probabilities from simulation, for ``ppg risk``.
+
+mc      Clopper-Pearson intervals of plain episodes; of a difference, in the same episodes
+rare    on schedule: episodes drawn with a crash in sight; in the environment: split by levels
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from baselines.evaluate_runs import OF_A_LEVEL, judge, judge_rare
+from benchmarks.comparison.players import RECEDING
+from benchmarks.crash_risk.analytic import Answer, Chance, Question, parties
+from ppg_env.env.players import Player, track
+from ppg_env.errors import InputError, require
+from ppg_env.game.game import Encounter, Game
+from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
+from ppg_env.risk.monte_carlo import crash_counts, paired_counts
+
+if TYPE_CHECKING:
+    from ppg_env.risk.monte_carlo import CrashCounts, PairedCounts
+    from ppg_env.support.statistics import Estimate, Interval, RareEstimate, RareRisk
+
+PLAIN = 1_000_000
+"""Episodes that are counted unless told otherwise."""
+
+
+def mc(question: Question) -> Answer:
+    """Count crashes in plain episodes."""
+    _check(question)
+    game, samples = question.game, question.episodes or PLAIN
+    if question.arena == "env":
+        found = judge(game, _runs(question), samples, question.limits.seed).summary
+        promise, details = f"{samples:,} episodes in the environment", {"arena": "env"}
+        return _answer(promise, found.crash, found.crash_any, samples, details)
+    assert question.profile is not None
+    mine, request = (game, question.profile), (samples, question.limits.seed)
+    tools: dict[str, Any] = {"workers": question.workers, "progress": question.progress}
+    if question.against is not None:
+        looks = (question.swept, question.swept)
+        pair = paired_counts(mine, question.against, *request, swept=looks, **tools)
+        return _difference(question, pair)
+    if question.swept:
+        return _swept(question, paired_counts(mine, mine, *request, swept=(False, True), **tools))
+    counts = crash_counts(*mine, *request, **tools)
+    each, anybody = counts.estimates()
+    return _answer(
+        f"{samples:,} episodes on schedule; with whom and when first",
+        each,
+        anybody,
+        samples,
+        {"arena": "schedule", **_counts_report(game, counts)},
+        {"mostly with": _whom(game, counts), "mostly at": _when(game, counts)},
+    )
+
+
+def rare(question: Question) -> Answer:
+    """Sample crashes that plain episodes would hardly show."""
+    _check(question)
+    game, seed = question.game, question.limits.seed
+    require(question.against is None, "--against", "is for counting", "add --method mc")
+    if question.arena == "env":
+        if question.contender is not None and question.contender.name == RECEDING:
+            raise InputError(
+                "--player", "is receding, which plans too slowly to be split", "add --method mc"
+            )
+        episodes = question.episodes or OF_A_LEVEL
+        found = judge_rare(game, _runs(question), episodes, seed, progress=question.progress)
+        promise = f"{found.samples:,} episodes in the environment, split by levels"
+    else:
+        assert question.profile is not None
+        found = rare_risk(
+            game,
+            question.profile,
+            question.episodes or IN_SIGHT,
+            seed,
+            swept=question.swept,
+            workers=question.workers,
+            progress=question.progress,
+        )
+        promise = f"{found.samples:,} weighted episodes on schedule, drawn with a crash in sight"
+    everybody = [*found.agents, found.any]
+    columns = {
+        "std. error": [f"{one.standard_error:.1e}" for one in everybody],
+        "worth samples": [f"{one.effective_samples:,.0f}" for one in everybody],
+    }
+    details = {"arena": question.arena, **_rare_report(game, found)}
+    if found.between is not None:
+        added = [*found.between.agents, found.between.any]
+        columns["between instants"] = [str(_chance(one)) for one in added]
+        details["between"] = _rare_report(game, found.between)
+    doubts = sorted({one.advice for one in everybody if not one.trusted})
+    if doubts:
+        promise = f"not to be trusted: {'; '.join(doubts)}. {promise}"
+    return _answer(promise, found.agents, found.any, found.samples, details, columns)
+
+
+def _check(question: Question) -> None:
+    if question.arena == "env":
+        require(
+            not question.swept,
+            "--swept",
+            "is for plans on schedule",
+            "leave it out in the environment",
+        )
+        require(question.against is None, "--against", "is for plans on schedule", "leave it out")
+
+
+def _runs(question: Question) -> Sequence[Sequence[Player]]:
+    """Who plays in the environment, for each training."""
+    if question.contender is not None:
+        return question.contender.policies(question.game, question.limits)
+    assert question.profile is not None
+    return [track(question.game, question.profile)]
+
+
+def _swept(question: Question, pair: PairedCounts) -> Answer:
+    """Crashes seen by watching steps, and how many of them no instant shows."""
+    game, counts = question.game, pair.second
+    each, anybody = counts.estimates()
+    added = counts.each(pair.only_second)
+    details = {
+        "arena": "schedule",
+        **_counts_report(game, counts),
+        "instants": _counts_report(game, pair.first),
+        "between": [_report(one) for one in added],
+    }
+    columns = {
+        "mostly with": _whom(game, counts),
+        "mostly at": _when(game, counts),
+        "between instants": [str(_chance(one)) for one in added],
+    }
+    promise = f"{counts.samples:,} episodes on schedule, on straight lines between the instants"
+    return _answer(promise, each, anybody, counts.samples, details, columns)
+
+
+def _difference(question: Question, pair: PairedCounts) -> Answer:
+    """The plan's own probabilities, and how much more the other's are."""
+    each, anybody = pair.first.estimates()
+    others, other = pair.second.estimates()
+    more, more_any = pair.differences()
+    differences = [*more, more_any]
+    details = {
+        "arena": "schedule",
+        "against": {"agents": [_report(one) for one in others], "any": _report(other)},
+        "difference": {
+            "agents": [vars(one) for one in more],
+            "any": vars(more_any),
+            "only_this": pair.only_first,
+            "only_against": pair.only_second,
+        },
+    }
+    columns = {
+        "against": [str(_chance(one)) for one in (*others, other)],
+        "difference": [_signed(one) for one in differences],
+    }
+    samples = pair.first.samples
+    promise = f"the same {samples:,} episodes on schedule for both; difference: against less this"
+    return _answer(promise, each, anybody, samples, details, columns)
+
+
+def _answer(
+    promise: str,
+    agents: Sequence[Estimate | RareEstimate],
+    anybody: Estimate | RareEstimate,
+    samples: int,
+    details: dict[str, Any],
+    columns: dict[str, list[str]] | None = None,
+) -> Answer:
+    """95 % intervals, with more columns, a cell for each agent and one for anybody."""
+    columns = columns or {}
+    return Answer(
+        f"{promise[0].upper()}{promise[1:]}. 95 % intervals.",
+        tuple(map(_chance, agents)),
+        _chance(anybody),
+        samples,
+        details,
+        tuple(columns),
+        tuple(zip(*columns.values(), strict=True)) or None,
+    )
+
+
+def _chance(estimate: Estimate | RareEstimate) -> Chance:
+    return Chance(estimate.value, estimate.low, estimate.high)
+
+
+def _report(estimate: Estimate) -> dict[str, float]:
+    return vars(_chance(estimate)) | {"hits": estimate.hits}
+
+
+def _signed(found: Interval) -> str:
+    return f"{found.value:+.1e} [{found.low:+.1e}, {found.high:+.1e}]"
+
+
+def _whom(game: Game, counts: CrashCounts) -> list[str]:
+    """Whom each agent mostly meets when it crashes, and who mostly meet."""
+    listed = list(zip(counts.encounters, game.encounters, strict=True))
+
+    def mostly(own: list[tuple[int, Encounter]], name: str | None) -> str:
+        hits, encounter = max(own, key=lambda pair: pair[0], default=(0, None))
+        if not hits or encounter is None:
+            return ""
+        return " and ".join(other for other in parties(game, encounter) if other != name)
+
+    each = [
+        mostly([(hits, e) for hits, e in listed if i in e.agents], name)
+        for i, name in enumerate(game.agent_names)
+    ]
+    return [*each, mostly(listed, None)]
+
+
+def _when(game: Game, counts: CrashCounts) -> list[str]:
+    """When each agent mostly crashes first with anybody, and when the first crash mostly is."""
+    mine = [[i in e.agents for e in game.encounters] for i in range(len(game.agents))]
+    rows = [*(counts.first_times[own].sum(axis=0) for own in mine), counts.first_any]
+    return [f"t = {row.argmax()}" if row.any() else "" for row in rows]
+
+
+def _counts_report(game: Game, counts: CrashCounts) -> dict[str, Any]:
+    """Every encounter with its episodes per time, all of them and first ones."""
+    encounters = [
+        {**_place(encounter), **_report(one), "times": times, "first_times": first}
+        for encounter, one, times, first in zip(
+            game.encounters,
+            counts.each(counts.encounters),
+            counts.times,
+            counts.first_times,
+            strict=True,
+        )
+    ]
+    return {"encounters": encounters, "first_any": counts.first_any, "hits_any": counts.any}
+
+
+def _rare_report(game: Game, found: RareRisk) -> dict[str, Any]:
+    encounters = [
+        {**_place(encounter), **vars(one)}
+        for encounter, one in zip(game.encounters, found.encounters, strict=True)
+    ]
+    each = [vars(one) for one in found.agents]
+    return {"agents": each, "any": vars(found.any), "encounters": encounters}
+
+
+def _place(encounter: Encounter) -> dict[str, Any]:
+    return {"agents": encounter.agents, "obstacle": encounter.obstacle}

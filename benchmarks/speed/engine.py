@@ -1,0 +1,90 @@
+"""The engine beside MILP solvers on the paper's formulation, in one run: times and ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks.speed.environment import on_one_core
+from benchmarks.speed.measurement import Measurement
+from ppg_env.game import objective
+from ppg_env.game.game import Game
+from ppg_env.game.plan import straight_plan
+from ppg_env.scenarios.make import make_game
+from solvers.budget import Clock
+from solvers.dispatch import ENGINE, minimise
+from solvers.search_result import Found
+from solvers.solution import Status
+
+PAIRS = ("opposing", "head_on", "parallel", "intersection")
+RIVALS = {"HIGHS": 50.0, "GUROBI": 4.0}
+"""How much faster than each the engine should be on three agents."""
+
+CROWD = "circle(4, radius=40)"
+
+PATIENCE = 300.0
+"""Seconds after which a rival is stopped; its ratio is then a lower bound."""
+
+
+def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
+    """Best responses of two agents, then social optima of three and of four."""
+    with on_one_core():
+        yield from _best_responses(quick)
+        for lam in (0.5, 0.8):
+            name = "intersection" if quick else "intersection3"
+            game = make_game(name, gain=-0.5, horizon=14, margin_cap=6.0, lam=lam)
+            yield from _joint(game, f"{name}, growing noise, lam {lam:g}", RIVALS)
+        for gain in () if quick else (0.0, -0.5):
+            game = make_game(CROWD, gain=gain, horizon=12, margin_cap=6.0, lam=0.8)
+            yield from _joint(game, f"{CROWD}, gain {gain:g}", {"GUROBI": 3})
+
+
+def _best_responses(quick: bool) -> Iterator[Measurement]:
+    spent: dict[str, list[float]] = {ENGINE: [], "HIGHS": []}
+    cases = product(PAIRS[:1] if quick else PAIRS, ("box", "l1"), ("margin", "risk"), (0.0, 0.5))
+    for name, speed, kind, gain in cases:
+        game = make_game(name, speed=speed, objective=kind, gain=gain)
+        plans = [straight_plan(agent, game.horizon) for agent in game.agents]
+        straight = tuple(plan for plan in plans if plan is not None)
+        for solver, times in spent.items():
+            for _ in range(2):  # the first one compiles
+                begun = perf_counter()
+                weights = objective.selfish(game, 0)
+                minimise(game, (0,), weights, straight, solver, Clock(None))
+            times.append(perf_counter() - begun)
+    ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
+    milliseconds = 1e3 * median(spent[ENGINE])
+    yield Measurement("best response, two agents: median ms", milliseconds, 20)
+    yield Measurement("best response: longest, ms", 1e3 * max(spent[ENGINE]), 0, True)
+    yield Measurement("best response: HiGHS / engine, median", float(np.median(ratios)), 0, True)
+
+
+def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Measurement]:
+    reference, seconds = _social(game, ENGINE)
+    proven = reference.status is Status.OPTIMAL
+    yield Measurement(
+        f"social optimum ({label}): engine, s" + " (open)" * (not proven), seconds, 0, True
+    )
+    for solver, wanted in rivals.items():
+        if not _installed(solver):
+            continue
+        rival, longer = _social(game, solver)
+        cut = " (cut short: at least)" if rival.status is not Status.OPTIMAL else ""
+        yield Measurement(f"{label}: {solver} / engine{cut}", longer / seconds, wanted, True)
+
+
+def _social(game: Game, solver: str) -> tuple[Found, float]:
+    everybody, weights = range(len(game.agents)), objective.social(game)
+    begun = perf_counter()
+    found = minimise(game, everybody, weights, None, solver, Clock(PATIENCE))
+    return found, perf_counter() - begun
+
+
+def _installed(solver: str) -> bool:
+    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+
+    return solver in INSTALLED_MI_SOLVERS

@@ -1,0 +1,199 @@
+"""Speed of the environment beside other people's, in agent-steps per second on one core.
+
+Rivals are measured in the same run where they are installed, and left out where they are not:
+JaxMARL and VMAS (batched), MPE2 (single), each in its well-known task.  Everybody runs with
+precomputed random actions and with whatever it does at an episode's end.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from benchmarks.speed.measurement import Measurement
+from ppg_env.env.episodes import evaluate
+from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.players import straight_players
+from ppg_env.env.simulator import Simulator
+from ppg_env.scenarios.make import make_game
+
+COPIES = 4096
+
+
+def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
+    """Run every measurement, all on one core; ``quick`` takes few steps."""
+    with on_one_core():
+        yield from _measurements(20 if quick else 1000, seed)
+
+
+@contextmanager
+def on_one_core() -> Iterator[None]:
+    """Hold the process to one core, where the system can: libraries have threads of their own."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def _measurements(steps: int, seed: int) -> Iterator[Measurement]:
+    ours, normals = batched_rates(steps, seed)
+    yield _rate("batched: million agent-steps per second", ours / 1e6)
+    yield _rate("batched: share of the rate of drawing its normals", ours / normals, 0.4)
+    rivals = (("JaxMARL simple_spread", jaxmarl, 10), ("VMAS navigation", vmas, 30))
+    for name, rival, target in rivals:
+        theirs = _if_installed(rival, max(steps // 10, 2))
+        if theirs is not None:
+            yield _rate(f"batched: times {name} ({theirs:.3g}/s)", ours / theirs, target)
+    single = single_rate(10 * steps, seed)
+    yield _rate("single: thousand agent-steps per second", single / 1e3)
+    theirs = _if_installed(mpe2, steps)
+    if theirs is not None:
+        yield _rate(f"single: times MPE2 simple_spread ({theirs:.3g}/s)", single / theirs, 5)
+    yield Measurement("MiB more after the steps", memory_growth(1000 * steps, seed), 10)
+    yield Measurement("tracking 10^5 episodes of two agents, s", tracking_seconds(steps, seed), 1)
+
+
+def _rate(what: str, value: float, target: float = 0.0) -> Measurement:
+    return Measurement(what, value, target, at_least=True)
+
+
+def batched_rates(steps: int, seed: int) -> tuple[float, float]:
+    """Agent-steps per second of the simulator, and of drawing the normals that it needs."""
+    simulator = Simulator(make_game("head_on"), copies=COPIES, seed=seed)
+    simulator.reset()
+    shape = (8, COPIES, *simulator.low.shape)
+    actions = np.random.default_rng(seed).uniform(-10, 10, shape)
+    # The normals come first and last: a machine that speeds up or slows down is averaged out.
+    before = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
+    spent = _seconds(lambda k: simulator.step(actions[k % 8]), steps)
+    after = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
+    work = COPIES * len(simulator.game.agents) * steps
+    return work / spent, 2 * work / (before + after)
+
+
+def single_rate(steps: int, seed: int) -> float:
+    """Agent-steps per second of ``PathPlanningEnv.step`` with three agents, resets included."""
+    env = PathPlanningEnv("intersection3")
+    env.reset(seed=seed)
+    random, done = np.random.default_rng(seed), 0
+    actions = {a: random.uniform(-10, 10, (64, 2)).astype(np.float32) for a in env.possible_agents}
+
+    def step(k: int) -> None:
+        nonlocal done
+        if not env.agents:
+            env.reset()
+        done += len(env.agents)
+        env.step({a: actions[a][k % 64] for a in env.agents})
+
+    spent = _seconds(step, steps)
+    return done / spent
+
+
+def memory_growth(steps: int, seed: int) -> float:
+    """MiB by which the peak memory of the process rises over ``steps`` steps, after warming up."""
+    env = PathPlanningEnv("head_on")
+    env.reset(seed=seed)
+    still = {a: np.zeros(2, np.float32) for a in env.possible_agents}
+
+    def run(count: int) -> None:
+        for _ in range(count):
+            if not env.agents:
+                env.reset()
+            env.step({a: still[a] for a in env.agents})
+
+    run(2000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    run(steps)
+    return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+
+
+def tracking_seconds(hundreds: int, seed: int) -> float:
+    """Seconds for so many hundred episodes of two agents that track their straight plans."""
+    game = make_game("opposing")
+    players = straight_players(game)
+    evaluate(game, players, 10, seed)
+    begun = perf_counter()
+    evaluate(game, players, 100 * hundreds, seed)
+    return perf_counter() - begun
+
+
+def jaxmarl(steps: int) -> float:
+    """JaxMARL's simple_spread, compiled, vectorised over copies and scanned over steps."""
+    import jax
+    from jaxmarl import make
+
+    env = make("MPE_simple_spread_v3")
+    keys = jax.random.split(jax.random.PRNGKey(0), COPIES)
+    _, state = jax.vmap(env.reset)(keys)
+
+    actions = {a: jax.vmap(env.action_space(a).sample)(keys) for a in env.agents}
+
+    def advance(carry: Any, key: Any) -> tuple[Any, Any]:
+        keys = jax.random.split(key, COPIES)
+        _, carry, reward, _, _ = jax.vmap(env.step)(keys, carry, actions)
+        return carry, reward[env.agents[0]].sum()
+
+    run = jax.jit(lambda s, k: jax.lax.scan(advance, s, k))
+    chain = jax.random.split(jax.random.PRNGKey(1), steps)
+    jax.block_until_ready(run(state, chain))
+    begun = perf_counter()
+    jax.block_until_ready(run(state, chain))
+    return COPIES * env.num_agents * steps / (perf_counter() - begun)
+
+
+def vmas(steps: int) -> float:
+    """VMAS's navigation, batched, on one thread."""
+    import torch
+    from vmas import make_env
+
+    torch.set_num_threads(1)
+    env = make_env("navigation", num_envs=COPIES, device="cpu", continuous_actions=True, seed=0)
+    env.reset()
+    actions = [env.get_random_action(agent) for agent in env.agents]
+    spent = _seconds(lambda k: env.step(actions), steps)
+    return COPIES * len(env.agents) * steps / spent
+
+
+def mpe2(steps: int) -> float:
+    """MPE2's simple_spread with three agents, resets included."""
+    from mpe2 import simple_spread_v3
+
+    env = simple_spread_v3.parallel_env()
+    env.reset(seed=0)
+    done = 0
+
+    def step(k: int) -> None:
+        nonlocal done
+        if not env.agents:
+            env.reset()
+        done += len(env.agents)
+        env.step(dict.fromkeys(env.agents, k % 5))
+
+    spent = _seconds(step, steps)
+    return done / spent
+
+
+def _seconds(work: Callable[[int], object], steps: int) -> float:
+    work(0)
+    begun = perf_counter()
+    for k in range(steps):
+        work(k)
+    return perf_counter() - begun
+
+
+def _if_installed(rival: Callable[[int], float], steps: int) -> float | None:
+    try:
+        return rival(steps)
+    except ImportError:
+        return None

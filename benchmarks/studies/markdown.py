@@ -1,0 +1,46 @@
+"""What stored results of a study say, in Markdown: for the pages of the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from benchmarks.studies.results import read_rows
+from benchmarks.studies.study import Table, find_study
+from ppg_env.errors import require
+
+
+def told(name: str, path: Path, part: str) -> str:
+    """The ``question``, the ``words`` or the ``tables`` of a study, from the results in ``path``.
+
+    Raises
+    ------
+    InputError
+        If there is no such study or part, or ``path`` does not hold its results.
+    """
+    study = find_study(name)
+    require(path.exists(), str(path), "does not exist", f"run ppg study {name} --results {path}")
+    rows = read_rows(path, name)
+    parts: dict[str, Callable[[], list[str]]] = {
+        "question": lambda: [f"*{study.question}*"],
+        "words": lambda: [f"- {sentence}" for sentence in study.words(rows)],
+        "tables": lambda: [_titled(table) for table in study.tables(rows)],
+    }
+    require(part in parts, "part", f"is {part!r}", "write " + " or ".join(parts))
+    return "\n".join(parts[part]())
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]], texts: int = 0) -> str:
+    """A table; columns beyond the first ``texts`` are numbers, if there are ``texts``."""
+    numbers = len(head) - texts if texts else 0
+    rule = ["---"] * (len(head) - numbers) + ["---:"] * numbers
+    escaped = [
+        [cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in (head, *rows)
+    ]
+    lines = [escaped[0], rule, *escaped[1:]]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _titled(table: Table) -> str:
+    cells = markdown_table(table.columns, table.lines, table.texts)
+    return f"**{table.title}**\n\n{cells}\n\n{table.note}\n"

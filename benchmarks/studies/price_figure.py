@@ -1,0 +1,86 @@
+"""The figure of :mod:`benchmarks.studies.price`: cost ratio beside risk ratio over lam."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.comparison.pictures import new_figure
+from benchmarks.studies.prices import EQUILIBRIA, Price
+from ppg_env.plotting import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Families = Mapping[str, Mapping[tuple[str, str, str, float], Sequence[Price]]]
+"""By equilibrium; then by speed set, scenario, objective and gain."""
+
+STYLES = {
+    ("nash", 0.0): (COLOURS[1], "-", "o"),
+    ("potential", 0.0): (COLOURS[0], "-", "s"),
+    ("nash", 0.5): (COLOURS[4], "--", "^"),
+    ("potential", 0.5): (COLOURS[5], "--", "v"),
+}
+SHIFT = 0.008
+"""Of neighbouring marks along lam, so that they do not hide each other."""
+
+RANGE = (3e-4, 3e4)
+"""Of risk ratios that are drawn."""
+
+
+def draw_speed(families: Families, speed: str) -> Figure:
+    """A line of panels for each scenario: cost ratio and risk ratio, for both objectives."""
+    keys = [key for key in families[EQUILIBRIA[0]] if key[0] == speed]
+    scenarios = list(dict.fromkeys(key[1] for key in keys))
+    objectives = list(dict.fromkeys(key[2] for key in keys))
+    gains = list(dict.fromkeys(key[3] for key in keys))
+    figure = new_figure(4.6 * len(objectives), 1.4 + 1.9 * len(scenarios))
+    grid: Any = figure.subplots(
+        len(scenarios), 2 * len(objectives), sharex=True, sharey="col", squeeze=False
+    )
+    for line, scenario in zip(grid, scenarios, strict=True):
+        line[0].set_title(scenario, fontsize=9, loc="left", fontweight="bold")
+        for k, objective in enumerate(objectives):
+            cost, risk = line[2 * k : 2 * k + 2]
+            for j, (name, gain) in enumerate((n, g) for g in gains for n in EQUILIBRIA):
+                chosen = families[name].get((speed, scenario, objective, gain), [])
+                lam = np.array([one.selfish["lam"] for one in chosen])
+                colour, dash, marker = STYLES[name, gain]
+                style = {"color": colour, "marker": marker, "markersize": 4, "linewidth": 1.1}
+                label = f"{name}, gain {gain:g}"
+                cost.plot(lam, [one.cost for one in chosen], dash, label=label, **style)
+                for place, one in zip(lam + (j - 1.5) * SHIFT, chosen, strict=True):
+                    draw_risk(risk, place, one, style)
+            frame(cost, risk, objective)
+    for axes in grid[-1]:
+        axes.set_xlabel("λ (weight of time)", fontsize=8)
+    handles, names = grid[0][0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
+    figure.suptitle(
+        f"Equilibrium over optimum, speed set {speed}: sum of shifted costs, and "
+        "Pr(anybody crashes) with 95 % limits (pale: not told apart)",
+        fontsize=10,
+    )
+    return figure
+
+
+def frame(cost: Axes, risk: Axes, objective: str) -> None:
+    """Names, scales and the line at one, of a panel of cost ratios and one of risk ratios."""
+    for axes, what in ((cost, "cost ratio"), (risk, "risk ratio")):
+        axes.axhline(1.0, color="0.5", linewidth=0.8, zorder=0)
+        axes.set_ylabel(f"{what} ({objective})", fontsize=8)
+        axes.tick_params(labelsize=7)
+        axes.grid(axis="y", alpha=0.3)
+    risk.set_yscale("log")
+    risk.set_ylim(*RANGE)
+
+
+def draw_risk(axes: Axes, place: float, price: Price, style: dict[str, Any]) -> None:
+    """The ratio with its limits; pale where the two risks are not told apart."""
+    pale = {"alpha": 1.0 if price.riskier or price.safer else 0.25}
+    bar = style | pale | {"marker": "", "linestyle": "-"}
+    axes.plot([place, place], np.clip([price.least, price.most], *RANGE), **bar)
+    axes.plot(place, price.risk, **style | pale)

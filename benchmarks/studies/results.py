@@ -1,0 +1,164 @@
+"""Stored results of a study: one JSON file of rows, small enough to stand beside its page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any, TypeVar
+
+from benchmarks import sweeps
+from benchmarks.sweeps.workers import Died, each_done
+from ppg_env.errors import InputError
+from ppg_env.formats.plan_file import to_json
+from ppg_env.support.atomic_write import write_atomically
+
+FORMAT = "path-planning-games/results"
+
+DIGITS = 8
+"""Significant ones that a digest keeps; the store has them all."""
+
+FREE = 1e-3
+"""Costs below this, in steps, count as this in ratios: with lam = 0 time is free."""
+
+NEGLIGIBLE = 1e-4
+"""Crash probabilities below it count as it where plans are compared.  With the default cost of a
+crash it is worth a hundredth of a step; and plans whose margins are all at the paper's cap, between
+which the paper's objective is indifferent, crash about as often.
+"""
+
+Cell = TypeVar("Cell", bound=Hashable)
+Item = TypeVar("Item")
+Key = TypeVar("Key", bound=Hashable)
+Row = dict[str, Any]
+
+
+def probability(value: float, episodes: int) -> str:
+    """Two digits; the 97.5 % limit where no crash was seen."""
+    shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
+    return shown.replace("e-0", "e-")
+
+
+def chance(row: Row) -> str:
+    """The crash probability of a sweep's row; its upper limit where no crash was seen."""
+    value, high = row["crash_probability"], row["crash_probability_high"]
+    return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
+
+
+def limits(row: Row) -> tuple[float, float]:
+    """The 95 % limits of a row's crash probability, those below :data:`NEGLIGIBLE` raised to it."""
+    low, high = row["crash_probability_low"], row["crash_probability_high"]
+    return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
+
+
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Items by their key, in the order in which keys are first seen."""
+    found: dict[Key, list[Item]] = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
+    return found
+
+
+def by_speed(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Rows of each speed set."""
+    return grouped(rows, lambda row: str(row["speed"]))
+
+
+def read_rows(path: Path, study: str) -> list[Row]:
+    """The rows in ``path``; none if there is no such file yet."""
+    if not path.exists():
+        return []
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        known = content["format"] == FORMAT and content["study"] == study
+        rows = content["rows"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            str(path), f"cannot be read ({type(error).__name__})", "name another file"
+        ) from None
+    if not known or not isinstance(rows, list):
+        raise InputError(
+            str(path), f"does not hold results of the study {study!r}", "name another file"
+        )
+    return rows
+
+
+def write_rows(path: Path, study: str, rows: Sequence[Row]) -> None:
+    """Store ``rows``, one a line."""
+    body = ",\n".join(to_json(row) for row in rows)
+    write_atomically(path, f'{{"format": "{FORMAT}", "study": "{study}", "rows": [\n{body}\n]}}\n')
+
+
+def completed(
+    path: Path,
+    study: str,
+    cells: Sequence[Cell],
+    run: Callable[[Cell], Row],
+    same: Callable[[Cell, Row], bool],
+    *,
+    jobs: int = 1,
+    progress: Callable[[int], None] = lambda _count: None,
+) -> list[Row]:
+    """Rows of all ``cells``, in order: stored ones, and those that had to be run.
+
+    The file is written anew after every row.
+    """
+    stored = read_rows(path, study)
+    rows: dict[Cell, Row] = {}
+    for cell, old in product(cells, stored):
+        if cell not in rows and same(cell, old):
+            rows[cell] = old
+    missing = [cell for cell in dict.fromkeys(cells) if cell not in rows]
+    progress(len(cells) - len(missing))
+    others = [old for old in stored if not any(same(cell, old) for cell in cells)]
+    for cell, result in each_done(run, missing, jobs):
+        if isinstance(result, Died):
+            raise InputError(study, result.reason, "the rows stored so far are kept")
+        rows[cell] = result
+        write_rows(path, study, [*others, *(rows[one] for one in cells if one in rows)])
+        progress(1)
+    return [rows[cell] for cell in cells]
+
+
+def digested(
+    path: Path,
+    study: str,
+    cells: Sequence[sweeps.Cell],
+    digest: Callable[[sweeps.Row], Row],
+    store: Path,
+    *,
+    jobs: int = 1,
+    progress: Callable[[int], None] = lambda _count: None,
+) -> list[Row]:
+    """Digests of the rows of all ``cells`` of a sweep, in order.
+
+    Those in ``path`` are taken from there, the others from ``store`` or from a run.  Cells without
+    a result are run again; their digest is their ``reason``.
+    """
+    stored = {row["address"]: row for row in read_rows(path, study)}
+    wanted = {cell.address: cell for cell in cells}
+    lacking = [
+        cell
+        for address, cell in wanted.items()
+        if "reason" in stored.get(address, {"reason": "never run"})
+    ]
+    progress(len(cells) - len(lacking))
+    if lacking:
+        found = sweeps.sweep(lacking, store, jobs=jobs, retry=True, progress=progress)
+        stored |= {row.address: {"address": row.address, **_kept(row, digest)} for row in found}
+        others = [address for address in stored if address not in wanted]
+        write_rows(path, study, [stored[address] for address in (*others, *wanted)])
+    return [stored[cell.address] for cell in cells]
+
+
+def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], Row]) -> Row:
+    """What is known of the digest, in few digits; the same before and after it was stored."""
+    if row.failed:
+        return {"scenario": row.scenario, "player": row.player, "reason": row.reason}
+    known = {name: value for name, value in digest(row).items() if value is not None}
+    return json.loads(json.dumps(known), parse_float=_shortened)
+
+
+def _shortened(text: str) -> float:
+    return float(f"{float(text):.{DIGITS}g}")

@@ -1,0 +1,12 @@
+from .equilibrium.best_response import best_response as best_response
+from .equilibrium.best_response_dynamics import best_response_dynamics as best_response_dynamics
+from .equilibrium.certificate import Certificate as Certificate
+from .equilibrium.certificate import certify as certify
+from .equilibrium.enumeration import Equilibrium as Equilibrium
+from .equilibrium.enumeration import collect_equilibria as collect_equilibria
+from .feedback.receding_horizon import RecedingHorizon as RecedingHorizon
+from .feedback.receding_horizon import receding_horizon as receding_horizon
+from .optimum.joint import potential_equilibrium as potential_equilibrium
+from .optimum.joint import social_optimum as social_optimum
+from .solution import Solution as Solution
+from .solution import Status as Status

@@ -1,0 +1,70 @@
+"""One door to the two ways of solving the same programs.
+
+``ENGINE`` is the project's own search, exact and fast; any other name is a MILP solver that takes
+the paper's formulation through cvxpy, which stays as the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Profile
+from solvers.budget import Clock
+from solvers.search_result import Found
+
+if TYPE_CHECKING:
+    from solvers.reference.formulation import Program
+
+ENGINE = "ENGINE"
+
+
+def minimise(
+    game: Game,
+    movers: Sequence[int],
+    weights: Weights,
+    given: Profile | None,
+    solver: str,
+    clock: Clock,
+    tell: Callable[[str, float], None] = lambda what, value: None,
+) -> Found:
+    """The cheapest plans of ``movers`` while the others keep to ``given``, with a proved bound.
+
+    ``tell`` hears of every better ``value`` and ``bound`` of the engine.
+    """
+    if solver == ENGINE:
+        from solvers.engine.arrival_search import engine_search
+
+        return engine_search(game, movers, weights, given, clock, tell)
+    from solvers.reference.solve import search
+
+    known = weights.time.tobytes(), weights.encounter.tobytes()
+    return search(_compiled(game, tuple(movers), *known), given, solver, clock)
+
+
+@lru_cache(maxsize=128)
+def _compiled(game: Game, movers: tuple[int, ...], time: bytes, encounter: bytes) -> Program:
+    """Compiled once; only parameters change from one profile to the next."""
+    from solvers.reference.formulation import Program
+
+    return Program(game, movers, Weights(np.frombuffer(time), np.frombuffer(encounter)))
+
+
+def check_solver(name: str) -> str:
+    """The name of a way to solve, in the letters that :func:`minimise` knows.
+
+    Raises
+    ------
+    InputError
+        If it is neither the engine nor a MILP solver that cvxpy finds installed.
+    """
+    if name.upper() == ENGINE:
+        return ENGINE
+    from solvers.reference.cvxpy_backend import check_backend
+
+    return check_backend(name)

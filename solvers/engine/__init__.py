@@ -1,0 +1,1 @@
+"""The exact engine: arrival vectors, branch and bound over faces, cuts, presolve."""

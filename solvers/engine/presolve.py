@@ -1,0 +1,136 @@
+r"""What the reachable sets leave open of the encounters, once arrivals are fixed.
+
+A meeting keeps the times at which somebody's choice still matters, and the faces that can count
+there; at all others the margin is at its cap, or what it is, whatever anybody does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.game import objective
+from ppg_env.game.evaluation import encounter_units, margins
+from ppg_env.game.game import Encounter, Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Plan
+from solvers.engine.reachability_bounds import Reach, reach_of
+
+
+@dataclass(frozen=True)
+class Task:
+    """One search: who moves, for what, and what the others do."""
+
+    game: Game
+    movers: tuple[int, ...]
+    weights: Weights
+    given: Mapping[int, Plan]
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What the reachable sets leave open of one encounter, for given arrivals.
+
+    Attributes
+    ----------
+    index : of the encounter, in ``game.encounters``.
+    times : (K,) times at which something is left to decide.
+    faces : (K, F) whether a face can be the one that counts.
+    high : (K, F) upper bounds of the clearance a_p'(r_i - r_j) - b_p.
+    cap : (K,) largest margin within reach.
+    settled : loss of all other times in traffic, which no plan changes.
+    least : lower bound on the loss of ``times``.
+    """
+
+    index: int
+    times: np.ndarray
+    faces: np.ndarray
+    high: np.ndarray
+    cap: np.ndarray
+    settled: float
+    least: float
+
+
+def meetings(
+    task: Task, encounters: Iterable[int], arrivals: Mapping[int, int]
+) -> list[Meeting] | None:
+    """:func:`meeting` of several encounters; None if one of them is excluded."""
+    found = [meeting(task.game, e, arrivals, task.given) for e in encounters]
+    known = [one for one in found if one is not None]
+    return known if len(known) == len(found) else None
+
+
+def meeting(
+    game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
+) -> Meeting | None:
+    """The encounter ``index`` when its movers arrive at ``arrivals`` and the others do as given.
+
+    None if the reachable sets already exclude that the bodies keep apart.
+    """
+    encounter = game.encounters[index]
+    until = game.horizon + 1
+    for i in encounter.agents:
+        last = arrivals[i] if i in arrivals else given[i].arrival
+        until = until if last is None else min(until, last)
+    low = high = np.zeros((until, len(encounter.collision.offsets)))
+    for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
+        if i in arrivals:
+            below, above = _reach(game, encounter, i).bounds(arrivals[i])
+        else:
+            below = above = given[i].means[:, : game.dim] @ encounter.collision.normals.T
+        near, far = sign * below[:until], sign * above[:until]
+        low, high = low + np.minimum(near, far), high + np.maximum(near, far)
+    low, high = low - encounter.collision.offsets, high - encounter.collision.offsets
+    units = encounter_units(game, encounter)[:until]
+    cap = game.margin_cap
+    faces = high >= -tol.LENGTH
+    if not faces.any(axis=1).all():
+        return None
+    ceiling = margins(high, units, cap)
+    floor = margins(low, units, cap)
+    fixed = (high - low).max(axis=1, initial=0.0) <= tol.LENGTH / 10
+    open_ = (floor < cap) & ~fixed
+    settled = np.where(floor >= cap, cap, np.maximum(ceiling, 0.0))[~open_]
+    chosen = np.flatnonzero(open_)
+    return Meeting(
+        index,
+        chosen,
+        faces[chosen],
+        high[chosen],
+        np.maximum(ceiling[chosen], 0.0),
+        float(objective.loss(game, settled).sum()),
+        float(objective.loss(game, np.maximum(ceiling[chosen], 0.0)).sum()),
+    )
+
+
+def matters(game: Game, index: int, mover: int, other: Plan, latest: int) -> bool:
+    """Whether any plan of ``mover`` that arrives by ``latest`` can come near ``other``'s plan.
+
+    If not, the margin of their encounter is at its cap whatever the mover does.
+    """
+    encounter = game.encounters[index]
+    there = game.horizon if other.arrival is None else other.arrival
+    until = min(latest, there)
+    if until <= 0:
+        return False
+    below, above = _anywhere(game, index, mover, latest)
+    means = other.means[:until, : game.dim] @ encounter.collision.normals.T
+    low = below[:until] - means if mover == encounter.agents[0] else means - above[:until]
+    floor = margins(
+        low - encounter.collision.offsets, encounter_units(game, encounter)[:until], game.margin_cap
+    )
+    return bool((floor < game.margin_cap).any())
+
+
+@lru_cache(maxsize=4096)
+def _anywhere(game: Game, index: int, mover: int, latest: int) -> tuple[np.ndarray, np.ndarray]:
+    return _reach(game, game.encounters[index], mover).anywhere(latest)
+
+
+def _reach(game: Game, encounter: Encounter, agent: int) -> Reach:
+    normals = tuple(map(tuple, encounter.collision.normals.tolist()))
+    return reach_of(game.agents[agent], normals, game.horizon)

@@ -1,0 +1,1 @@
+"""Equilibria: best responses, their dynamics, certificates, enumeration."""

@@ -1,0 +1,115 @@
+"""Best responses: the paper's MP1 (one agent among obstacles) and MP2 (among moving agents)."""
+
+from __future__ import annotations
+
+from ppg_env.errors import InputError, require
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from solvers.budget import Clock
+from solvers.dispatch import ENGINE, check_solver, minimise
+from solvers.liability import Liability, make_rule
+from solvers.search_result import Found
+from solvers.solution import ADVICE, Solution, Status
+
+
+def best_response(
+    game: Game,
+    agent: int,
+    profile: Profile | None = None,
+    *,
+    charge: str = "selfish",
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+) -> Solution:
+    """The cheapest plan of ``agent`` while all others keep theirs (MP2; MP1 if it is alone).
+
+    Parameters
+    ----------
+    game, agent, profile
+        The game, the index of the agent that plans, and everybody's plans (its own is ignored;
+        None only in a game of one agent).
+    charge
+        The rule of liability (:mod:`solvers.liability`): ``selfish`` minimises J_i, ``partial:a``
+        and ``pigou`` add a share or all of the harm to others, ``right-of-way`` has one pay.
+    solver, time_limit
+        Name of a MILP solver that cvxpy knows; seconds, None for no limit.
+
+    Returns
+    -------
+    Solution
+        ``profile`` is the given one with the agent's plan replaced, ``value`` what it then pays
+        (its shifted cost, if selfish), ``bound`` a proved lower bound on that.  Without a plan,
+        ``status`` and ``advice`` say why.
+
+    Raises
+    ------
+    InputError
+        If there is no such agent, the profile does not fit, or the solver is not installed.
+    """
+    check_agent(game, agent)
+    rule, clock = make_rule(game, charge), Clock(time_limit)
+    found = respond(rule, agent, profile, check_solver(solver), clock)
+    status, advice = explain(game, found, (agent,))
+    return Solution(
+        game,
+        "best-response",
+        status,
+        advice,
+        found.profile,
+        found.evaluation,
+        f"{'shifted_cost' if charge == 'selfish' else 'charge'}[{agent}]",
+        found.value,
+        found.bound,
+        seconds=clock.spent,
+    )
+
+
+def respond(
+    rule: Liability, agent: int, profile: Profile | None, solver: str, clock: Clock
+) -> Found:
+    """:func:`best_response` for arguments that were checked, without the story around it."""
+    size = len(rule.game.agents)
+    if profile is None or len(profile) != size:
+        require(
+            size == 1,
+            "profile",
+            "does not have one plan per agent",
+            "give everybody's plans",
+        )
+    return minimise(rule.game, (agent,), rule.weights(agent), profile, solver, clock)
+
+
+def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, str]:
+    """Status and advice, with the agents whose goals are out of reach named."""
+    advice = ADVICE[found.status]
+    if found.status is Status.UNREACHABLE:
+        advice = unreachable_advice(game, movers)
+    elif found.detail and found.status is Status.ERROR:
+        advice += f" (it said: {found.detail})"
+    return found.status, advice
+
+
+def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
+    """Which goal cannot be reached in time, and what horizon would do."""
+    from ppg_env.game.dynamics import earliest_arrival
+
+    for i in movers:
+        agent = game.agents[i]
+        if earliest_arrival(agent, game.horizon) is None:
+            needed = earliest_arrival(agent, 10 * game.horizon)
+            remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
+            return (
+                f"{game.agent_names[i]} cannot reach its goal within the horizon of "
+                f"{game.horizon} even alone; {remedy}"
+            )
+    return ADVICE[Status.UNREACHABLE]
+
+
+def check_agent(game: Game, agent: int) -> None:
+    """Refuse an agent index that the game does not have."""
+    if not 0 <= agent < len(game.agents):
+        raise InputError(
+            "agent",
+            f"is {agent} in a game of {len(game.agents)}",
+            f"count from 0 to {len(game.agents) - 1}",
+        )

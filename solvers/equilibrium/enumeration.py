@@ -1,0 +1,108 @@
+r"""Many equilibria of one game, each named by who passes whom on which side.
+
+Best-response dynamics end in different equilibria from different starts and orders.  They are
+collected, certified, told apart by their passing sides, and compared by social cost and by risk.
+
+In two dimensions the displacement r_i - r_j turns while two agents pass each other: by more than a
+right angle to the left (counter-clockwise) if they keep each other on their left, to the right
+otherwise.  In other dimensions there are no sides, and equilibria are told apart by their costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
+from solvers.dispatch import ENGINE
+from solvers.equilibrium.best_response_dynamics import STARTS, best_response_dynamics
+from solvers.solution import Solution, Status
+
+PASSING = np.pi / 2
+"""Two agents pass each other if their displacement turns by more than this."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """One of the collected ones.
+
+    Attributes
+    ----------
+    name : who passes whom on which side, such as ``0<1 left, 1<2 right``; ``nobody passes``.
+    solution : the certified profile.
+    found : how many runs ended here.
+    """
+
+    name: str
+    solution: Solution
+    found: int
+
+
+def collect_equilibria(
+    game: Game,
+    *,
+    runs: int = 20,
+    seed: int = 0,
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Equilibrium]:
+    """Distinct certified equilibria that ``runs`` runs of the dynamics end in, cheapest first.
+
+    Runs differ in their start (straight, sequential) and in the order of the agents, drawn from
+    ``seed``.  Equilibria of one name are one kind: of these the cheapest is kept.
+    ``time_limit`` (seconds) is for each run; ``progress`` is called after each with its number.
+    """
+    kinds: dict[str, Equilibrium] = {}
+    for run, (start, order) in enumerate(_runs(game, runs, seed)):
+        solution = best_response_dynamics(
+            game, start=start, order=order, solver=solver, time_limit=time_limit
+        )
+        if progress is not None:
+            progress(run + 1)
+        if solution.status is not Status.EQUILIBRIUM or solution.profile is None:
+            continue
+        name = passing(game, solution.profile)
+        if game.dim != 2:
+            assert solution.evaluation is not None
+            name = f"social cost {solution.evaluation.social_cost:.4f}"
+        known = kinds.get(name)
+        better = known is None or _cost(solution) < _cost(known.solution) - tol.IMPROVEMENT
+        kept = solution if better or known is None else known.solution
+        kinds[name] = Equilibrium(name, kept, 1 if known is None else known.found + 1)
+    return sorted(kinds.values(), key=lambda kind: (_cost(kind.solution), kind.name))
+
+
+def _runs(game: Game, runs: int, seed: int) -> Iterator[tuple[str, tuple[int, ...]]]:
+    random, size = np.random.default_rng(seed), len(game.agents)
+    order = tuple(range(size))
+    for run in range(runs):
+        if run >= len(STARTS) and run % len(STARTS) == 0:
+            order = tuple(int(i) for i in random.permutation(size))
+        yield STARTS[run % len(STARTS)], order
+
+
+def _cost(solution: Solution) -> float:
+    assert solution.evaluation is not None
+    return float(solution.evaluation.social_cost)
+
+
+def passing(game: Game, profile: Profile) -> str:
+    """Who passes whom on which side, pairs in ascending order."""
+    words = []
+    for encounter in game.encounters:
+        if len(encounter.agents) < 2 or game.dim != 2:
+            continue
+        i, j = encounter.agents
+        ends = [profile[k].arrival for k in (i, j)]
+        until = min(game.horizon if end is None else end for end in ends)
+        apart = (profile[i].means - profile[j].means)[: until + 1, :2]
+        angles = np.unwrap(np.arctan2(apart[:, 1], apart[:, 0]))
+        turn = float(angles[-1] - angles[0])
+        if abs(turn) > PASSING:
+            words.append(f"{i}<{j} {'left' if turn > 0 else 'right'}")
+    return ", ".join(words) or "nobody passes"

@@ -1,0 +1,1 @@
+"""Policies that observe the state while they play."""

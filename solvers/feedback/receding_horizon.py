@@ -1,0 +1,130 @@
+"""Oracle players for the environment: plans tracked, and plans made anew on the way.
+
+``receding_horizon`` re-solves the best response every few steps from the observed state: the
+agent predicts that the others go on with the plans it knows, their deviations shrinking by their
+gains, and answers that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ppg_env.env.players import Homing, Player, Tracker, View
+from ppg_env.errors import InputError, require
+from ppg_env.game import objective
+from ppg_env.game.game import Game, override
+from ppg_env.game.input_sets import later
+from ppg_env.game.plan import Plan, Profile
+from ppg_env.support.frozen import frozen_array
+from solvers.budget import Clock
+from solvers.dispatch import ENGINE, minimise
+
+
+class RecedingHorizon:
+    """Plans anew every ``every`` steps from the states it sees; tracks its plan in between.
+
+    Each copy costs one mixed-integer program per decision, so this is for hundreds of episodes.
+    Where no plan is found in ``time_limit`` seconds the last one goes on.
+
+    Parameters
+    ----------
+    game, agent, profile
+        The game, who plays, and the plans that everybody is expected to follow at the start.
+    every
+        Steps between two plans, 1 or more.
+    """
+
+    information = "full state"
+
+    def __init__(
+        self,
+        game: Game,
+        agent: int,
+        profile: Profile,
+        *,
+        every: int = 3,
+        solver: str = ENGINE,
+        time_limit: float | None = 5.0,
+    ) -> None:
+        require(every >= 1, "every", f"is {every}", "plan at least every step")
+        self._game, self._agent, self._profile = game, agent, profile
+        self._every, self._solver, self._limit = every, solver, time_limit
+        self._homing, self._first = Homing(game, agent), Tracker(game, agent, profile[agent])
+        self._plans: dict[int, tuple[int, Plan]] = {}
+
+    def act(self, view: View) -> np.ndarray:
+        """Actions (C, m), planning anew in every copy whose turn it is."""
+        action = self._first.act(view)
+        for copy in np.flatnonzero(view.in_traffic[:, self._agent]).tolist():
+            t = int(view.clock[copy])
+            if t == 0:
+                self._plans.pop(copy, None)
+            elif t % self._every == 0:
+                self._replan(copy, t, view)
+            if copy in self._plans:
+                action[copy] = self._follow(copy, t, view)
+        return action
+
+    def _follow(self, copy: int, t: int, view: View) -> np.ndarray:
+        begun, plan = self._plans[copy]
+        mover = self._game.agents[self._agent]
+        state = view.state[copy, self._agent, : mover.state_dim]
+        step = t - begun
+        if plan.arrival is None or step >= plan.arrival:
+            return self._homing.towards_goal(state[None], view.clock[[copy]])[0]
+        return plan.controls[step] - mover.gain @ (state - plan.means[step])
+
+    def _replan(self, copy: int, t: int, view: View) -> None:
+        game, left = self._game, max(self._game.horizon - t, 1)
+        agents, plans = [], []
+        for i, agent in enumerate(game.agents):
+            state = view.state[copy, i, : agent.state_dim]
+            to_come = later(agent.control, t)
+            agents.append(override(agent, start=state, control=to_come, sigma0=0.0))
+            plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
+        for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
+            try:
+                now = override(game, agents=tuple(agents), horizon=horizon)
+            except InputError:  # bodies overlap already: there is nothing left to plan
+                return
+            given = tuple(_stretched(plan, horizon) for plan in plans)
+            weights, clock = objective.selfish(now, self._agent), Clock(self._limit)
+            found = minimise(now, (self._agent,), weights, given, self._solver, clock)
+            if found.profile is not None:
+                self._plans[copy] = (t, found.profile[self._agent])
+                return
+
+    def _predicted(self, i: int, state: np.ndarray, t: int, steps: int, there: bool) -> Plan:
+        """Where agent i will be if it goes on with its plan and its gain, from ``state`` at t."""
+        agent, plan = self._game.agents[i], self._profile[i]
+        means, error = np.empty((steps + 1, agent.state_dim)), state - plan.means[t]
+        for k in range(steps + 1):
+            means[k] = plan.means[min(t + k, self._game.horizon)] + error
+            error = agent.closed_loop @ error
+        end = self._game.horizon if plan.arrival is None else plan.arrival
+        arrival = max(end - t, 1) if there else 0
+        return Plan(
+            frozen_array(np.zeros((steps, agent.control_dim))), frozen_array(means), arrival
+        )
+
+
+def _stretched(plan: Plan, horizon: int) -> Plan:
+    """``plan`` with its last mean held up to ``horizon``."""
+    missing = horizon + 1 - len(plan.means)
+    if missing <= 0:
+        return plan
+    held = np.vstack([plan.means, np.repeat(plan.means[-1:], missing, axis=0)])
+    controls = np.zeros((horizon, plan.controls.shape[1]))
+    return Plan(frozen_array(controls), frozen_array(held), plan.arrival)
+
+
+def receding_horizon(
+    game: Game, profile: Profile, *, every: int = 3, solver: str = ENGINE
+) -> Sequence[Player]:
+    """Everybody plans anew every ``every`` steps, expecting the others to keep to ``profile``."""
+    return [
+        RecedingHorizon(game, i, profile, every=every, solver=solver)
+        for i in range(len(game.agents))
+    ]

@@ -1,0 +1,1 @@
+"""Optima of a joint objective: social optimum and potential, bounds, annealing."""

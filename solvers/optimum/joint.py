@@ -1,0 +1,165 @@
+r"""Programs over all agents at once: the social optimum (MP3) and the potential equilibrium.
+
+    social      min sum_i J_i
+    potential   min Phi = sum_i lam_i/(1-lam_i) T_i + sum own-obstacle losses + sum_{i<j} c_ij
+
+They differ in their weights alone: MP3 counts each pair's losses for both agents, Phi once.
+A minimiser of Phi is a Nash equilibrium, since one agent's change of plan changes J_i by
+(1 - lam_i) times the change of Phi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from ppg_env import tolerances as tol
+from ppg_env.game import objective
+from ppg_env.game.dynamics import earliest_arrival
+from ppg_env.game.evaluation import evaluate
+from ppg_env.game.game import Game
+from ppg_env.game.objective import Weights
+from ppg_env.game.plan import Profile
+from solvers.budget import Clock
+from solvers.dispatch import ENGINE, check_solver, minimise
+from solvers.equilibrium.best_response import explain
+from solvers.equilibrium.best_response_dynamics import best_response_dynamics
+from solvers.equilibrium.certificate import certify
+from solvers.optimum.annealing import descent
+from solvers.optimum.pair_bound import pair_bound
+from solvers.search_result import Found
+from solvers.solution import Solution, Status
+
+BOUND_SHARE = 0.3
+"""Part of the time limit that the bound may take."""
+
+MOST_EXACT = 5
+"""With more agents than this optima are approached, and bounded, but not proved."""
+
+SOON = 3
+"""Up to so many agents the exact search has plans at once."""
+
+APPROACHED = (
+    "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
+)
+
+Progress = Callable[[str, float], None]
+"""Called with what got better, ``value`` or ``bound``, and to what."""
+
+
+def social_optimum(
+    game: Game,
+    *,
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+    node_limit: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Solution:
+    """The profile that minimises the sum of all shifted costs, and a proved lower bound on it.
+
+    Up to five agents the optimum is proved; with more, the engine's neighbourhood search
+    (:mod:`solvers.optimum.annealing`, drawn from ``seed``) and a bound from pairs
+    (:mod:`solvers.optimum.pair_bound`) leave a gap, which is reported.
+
+    Parameters
+    ----------
+    solver, time_limit, node_limit
+        Who solves; seconds, and linear programs of the engine, at most.  Cut short, the solution
+        has the best plans so far and a valid bound.
+    progress
+        Called with every better value and bound.
+    """
+    clock = Clock(time_limit, node_limit)
+    weights = objective.social(game)
+    return _joint(game, "social", "social_cost", weights, "pigou", solver, clock, seed, progress)
+
+
+def potential_equilibrium(
+    game: Game,
+    *,
+    solver: str = ENGINE,
+    time_limit: float | None = None,
+    node_limit: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Solution:
+    """The Nash equilibrium that minimises the potential, certified by best responses.
+
+    ``regret`` bounds what each agent could gain alone.  Within limits, or with more than five
+    agents, the plan may stop short of the minimum; ``regret`` then still holds for the plan
+    returned.  Parameters as for :func:`social_optimum`.
+    """
+    clock = Clock(time_limit, node_limit)
+    weights = objective.potential(game)
+    solution = _joint(
+        game, "potential", "potential", weights, "selfish", solver, clock, seed, progress
+    )
+    if solution.profile is None:
+        return solution
+    proof = certify(game, solution.profile, solver=solver, time_limit=clock.left)
+    return replace(solution, regret=proof.regret, seconds=clock.spent)
+
+
+def _joint(
+    game: Game,
+    name: str,
+    minimised: str,
+    weights: Weights,
+    charge: str,
+    solver: str,
+    clock: Clock,
+    seed: int,
+    progress: Progress | None,
+) -> Solution:
+    solver, everybody = check_solver(solver), range(len(game.agents))
+    tell = progress or (lambda what, value: None)
+    if len(game.agents) > MOST_EXACT and solver == ENGINE:
+        found = _approach(game, weights, charge, clock, seed, tell)
+    else:
+        known = _known(game, charge, clock) if solver == ENGINE else None
+        found = minimise(game, everybody, weights, known, solver, clock, tell)
+    status, advice = explain(game, found, tuple(everybody))
+    return Solution(
+        game,
+        name,
+        status,
+        found.detail if found.detail == APPROACHED else advice,
+        found.profile,
+        found.evaluation,
+        minimised,
+        found.value,
+        found.bound,
+        seconds=clock.spent,
+    )
+
+
+def _known(game: Game, charge: str, clock: Clock) -> Profile | None:
+    """Plans by best responses, for games in which the exact search may take long to find some."""
+    if len(game.agents) <= SOON:
+        return None
+    first = best_response_dynamics(game, charge=charge, max_sweeps=2, time_limit=clock.left)
+    return first.profile
+
+
+def _approach(
+    game: Game, weights: Weights, charge: str, clock: Clock, seed: int, tell: Progress
+) -> Found:
+    """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
+
+    Where that finds no plan at all, the exact search has the rest of the time.
+    """
+    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
+        return Found(Status.UNREACHABLE, float("inf"))
+    share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
+    bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
+    profile = descent(game, charge, ENGINE, clock, seed, lambda value: tell("value", value))
+    if profile is None and clock.out:
+        return Found(Status.TIME_LIMIT, bound)
+    if profile is None:
+        return minimise(game, range(len(game.agents)), weights, None, ENGINE, clock, tell)
+    evaluation = evaluate(game, profile)
+    value = evaluation.weighted(weights)
+    proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))
+    status = Status.OPTIMAL if proved else Status.FEASIBLE
+    return Found(status, bound, profile, evaluation, value, "" if proved else APPROACHED)

@@ -1,0 +1,1 @@
+"""The reference: the paper's mixed-integer programs through cvxpy and a MILP solver."""
