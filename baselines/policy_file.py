@@ -22,7 +22,8 @@ from ppg_env.env.players import Player
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.formats.plan_file import to_json
-from ppg_env.game.game import Agent, Game
+from ppg_env.game.agent import Agent
+from ppg_env.game.game import Game
 from ppg_env.support.atomic_write import write_atomically
 
 FORMAT = "path-planning-games/learned"

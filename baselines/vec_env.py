@@ -32,8 +32,8 @@ from stable_baselines3.common.vec_env import VecEnv
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.game import Game
+from ppg_env.game.reachability import earliest_arrival
 
 REWARD_SCALE = 10.0
 """A crash at lam = 0.5 then costs 5, an episode about 0.5: the order of one, as PPO likes it."""

@@ -6,7 +6,7 @@ Names are loaded when first used, since some bring Gymnasium along; ``__init__.p
 import lazy_loader
 
 from ppg_env.env.registration import register_environments
-from ppg_env.scenarios.make import scenarios  # the name is also that of a package: bind it now
+from ppg_env.scenarios.make import scenarios as scenarios  # bound now: a package has this name too
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 

@@ -20,7 +20,7 @@ import tomli_w
 from benchmarks.cli import main
 from ppg_env import make_game, straight_plan
 from ppg_env.formats.plan_file import write_plan
-from tests.ppg_env.faults import VALID, changed
+from tests.oracles.faults import VALID, changed
 
 ROOT = Path(__file__).parents[1]
 

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from ppg_env import Game, InputError
 from ppg_env.formats.game_file import game_from_tables, game_to_tables, read_game
 from ppg_env.game.input_sets import pieces
-from tests.ppg_env.faults import CASES, ELSEWHERE, SQUARE, VALID, changed, faulty
+from tests.oracles.faults import CASES, ELSEWHERE, SQUARE, VALID, changed, faulty
 
 
 def written(place: str) -> str:

@@ -10,7 +10,7 @@ from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_o
 from benchmarks.terminal import print_json, print_table
 
 if TYPE_CHECKING:
-    from ppg_env.game.game import Agent
+    from ppg_env.game.agent import Agent
 
 
 @with_game_options
@@ -23,7 +23,7 @@ def show(
 ) -> None:
     """Show a game: its agents, obstacles and weights; write it as a TOML file."""
     from ppg_env.formats.game_file import game_to_tables, game_to_toml
-    from ppg_env.game.dynamics import earliest_arrival
+    from ppg_env.game.reachability import earliest_arrival
     from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target, write_atomically
 

@@ -13,7 +13,7 @@ from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
-from ppg_env.game.plan import straight_plan
+from ppg_env.game.least_effort import straight_plan
 from solvers.solution import Solution, Status
 
 

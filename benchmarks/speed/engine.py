@@ -13,7 +13,7 @@ from benchmarks.speed.environment import on_one_core
 from benchmarks.speed.measurement import Measurement
 from ppg_env.game import objective
 from ppg_env.game.game import Game
-from ppg_env.game.plan import straight_plan
+from ppg_env.game.least_effort import straight_plan
 from ppg_env.scenarios.make import make_game
 from solvers.budget import Clock
 from solvers.dispatch import ENGINE, minimise

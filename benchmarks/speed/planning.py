@@ -13,7 +13,8 @@ from time import perf_counter
 
 from benchmarks.speed.measurement import Measurement
 from ppg_env.game.game import Game
-from ppg_env.game.plan import Profile, straight_plan
+from ppg_env.game.least_effort import straight_plan
+from ppg_env.game.plan import Profile
 from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.scenarios.make import make_game
 

@@ -12,8 +12,10 @@ from baselines.evaluate_runs import OF_A_LEVEL, judge_rare
 from benchmarks.speed.environment import on_one_core
 from benchmarks.speed.measurement import Measurement
 from ppg_env.env.players import track
-from ppg_env.game.game import Agent, Game
-from ppg_env.game.plan import Profile, straight_plan
+from ppg_env.game.agent import Agent
+from ppg_env.game.game import Game
+from ppg_env.game.least_effort import straight_plan
+from ppg_env.game.plan import Profile
 from ppg_env.game.polytope import Polytope
 from ppg_env.risk.batches import BLOCK
 from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk

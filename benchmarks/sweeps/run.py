@@ -21,7 +21,7 @@ from benchmarks.sweeps.row import FAILED, Row, make_row
 from benchmarks.sweeps.store import Store
 from benchmarks.sweeps.workers import LOKY, Died, check_backend, each_done
 from ppg_env.errors import InputError, require
-from ppg_env.game.game import SpectralRadiusWarning
+from ppg_env.game.agent import SpectralRadiusWarning
 
 Task = tuple[Cell, str]
 """A cell and its address."""

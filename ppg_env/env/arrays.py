@@ -13,9 +13,9 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.env.rules import Rules
 from ppg_env.game.dynamics import square_root
-from ppg_env.game.evaluation import encounter_units
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
+from ppg_env.game.margins import encounter_units
 from ppg_env.game.polytope import Polytope
 
 FREE, BOX, POLYGON, FACES = range(4)

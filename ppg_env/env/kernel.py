@@ -16,9 +16,7 @@ import numpy as np
 from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, POLYGON, Tables
-
-TRAFFIC, ARRIVED, CRASHED = 0, 1, 2
-"""Where an agent stands: on its way, arrived (gone or parked), or out after a crash."""
+from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 
 SWEEPS = 200
 """Most sweeps of Hildreth's projection; it stops when a sweep changes less than SETTLED."""

@@ -18,10 +18,10 @@ from typing import Protocol
 import numpy as np
 
 from ppg_env.errors import require
-from ppg_env.game.dynamics import goal_selector
-from ppg_env.game.game import Agent, Game
+from ppg_env.game.game import Game
 from ppg_env.game.input_sets import clearance
-from ppg_env.game.plan import Plan, Profile, straight_plan
+from ppg_env.game.least_effort import least_effort_laws, straight_plan
+from ppg_env.game.plan import Plan, Profile
 
 
 @dataclass(frozen=True)
@@ -118,27 +118,6 @@ class Homing:
             if not waiting.size:
                 break
         return action
-
-
-def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For k = 1..``horizon`` steps to go: (F, f) with first control F x + f of least total effort.
-
-    Step counts from which the goal cannot be hit (more goal components than inputs so far) are
-    left out.
-    """
-    select, power = goal_selector(agent), np.eye(agent.state_dim)
-    blocks: list[np.ndarray] = []
-    laws: list[tuple[np.ndarray, np.ndarray]] = []
-    for _ in range(horizon):
-        blocks.insert(0, power @ agent.B)
-        power = power @ agent.A
-        effect = select @ np.hstack(blocks)
-        if np.linalg.matrix_rank(effect) < len(select):
-            continue
-        first = np.linalg.pinv(effect)[: agent.control_dim]
-        laws.append((-first @ select @ power, first @ agent.goal))
-    require(bool(laws), "goal", "cannot be controlled", "check A and B")
-    return laws
 
 
 def straight_players(game: Game) -> list[Player]:

@@ -36,7 +36,7 @@ from ppg_env.env.canvas import (
     shade,
     star,
 )
-from ppg_env.env.kernel import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.env.window import Window
 from ppg_env.game.game import Game
 from ppg_env.plotting import COLOURS, plane

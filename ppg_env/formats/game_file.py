@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
-from ppg_env.game.game import Agent, Game
+from ppg_env.game.agent import Agent
+from ppg_env.game.game import Game
 from ppg_env.game.input_sets import Controls, checked_controls
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.validation import finite_array

@@ -9,9 +9,8 @@ Nothing here plans, simulates or draws: whatever does so is built from a :class:
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,163 +18,15 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
-from ppg_env.game.input_sets import Controls, checked_controls, pieces, set_at
+from ppg_env.game.agent import Agent
 from ppg_env.game.polytope import Polytope, collision_set
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import (
-    covariance,
-    finite_array,
     finite_number,
-    matrix,
-    scalar_or_matrix,
 )
 
 OBJECTIVES = ("margin", "risk")
 SCALES = ("exact", "paper")
-
-
-class SpectralRadiusWarning(UserWarning):
-    """The gain does not shrink an agent's position errors."""
-
-
-@dataclass(frozen=True, eq=False)
-class Agent(Record):
-    """One mover.  n: state, m: control, d <= n: position components.
-
-    Attributes
-    ----------
-    start : (n,) state at time 0.
-    goal : (n,) or (d,) where the mean must arrive: the whole state, or its position only.
-    lam : weight of time against safety, 0 <= lam < 1; lower means that safety matters more.
-    gain : (m, n) feedback u = ubar - gain (x - xbar); a number k stands for k I.
-    shape : body around the reference position, a polytope in d dimensions.
-    control : polytope of admissible inputs, in m dimensions; or, where it changes over time, pairs
-        of a step and the polytope that holds from it on: ((0, slow), (5, fast)).  The last one
-        holds for ever.  See :meth:`control_at`.
-    noise : (n, n) covariance added at every step; a number s stands for s I.
-    A, B : (n, n) and (n, m) dynamics; identities unless given.
-    sigma0 : (n, n) covariance at time 0; zero unless given.
-    name : for tables and pictures; ``agent_<i>`` unless given.
-    """
-
-    start: np.ndarray
-    goal: np.ndarray
-    shape: Polytope
-    control: Controls
-    lam: float = 0.5
-    # Numbers and None stand for the matrices that __post_init__ puts in their place.
-    gain: np.ndarray = 0.0  # type: ignore[assignment]
-    noise: np.ndarray = 1.9  # type: ignore[assignment]
-    A: np.ndarray = None  # type: ignore[assignment]
-    B: np.ndarray = None  # type: ignore[assignment]
-    sigma0: np.ndarray = 0.0  # type: ignore[assignment]
-    name: str | None = None
-
-    def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - frozen
-        start = finite_array(
-            self.start, "start", "write one number per state, such as [10.0, 50.0]"
-        )
-        require(
-            start.ndim == 1 and start.size > 0,
-            "start",
-            "is not a list of numbers",
-            "write one number per state, such as [10.0, 50.0]",
-        )
-        put("start", start)
-        n = start.size
-        require(
-            isinstance(self.shape, Polytope),
-            "shape",
-            "is not a polytope",
-            "give a Polytope, such as Polytope.box([15.0, 15.0])",
-        )
-        put("control", checked_controls(self.control))
-        put("A", matrix(np.eye(n) if self.A is None else self.A, (n, n), "A"))
-        m = self.control_dim
-        if self.B is None:
-            require(
-                m == n,
-                "control",
-                f"has dimension {m} where the state has {n}",
-                f"give inputs of dimension {n}, or a matrix B of {n} rows",
-            )
-        put("B", matrix(np.eye(n) if self.B is None else self.B, (n, m), "B"))
-        put("gain", scalar_or_matrix(self.gain, (m, n), "gain"))
-        put("noise", covariance(self.noise, n, "noise"))
-        put("sigma0", covariance(self.sigma0, n, "sigma0"))
-        d = self.shape.dim
-        require(
-            d <= n,
-            "shape",
-            f"has dimension {d} where the state has {n}",
-            "give a shape in the space of the first state components",
-        )
-        goal = finite_array(self.goal, "goal", f"write {n} numbers, as in start")
-        require(
-            goal.shape in ((n,), (d,)),
-            "goal",
-            f"has {goal.size} numbers where start has {n}",
-            f"write {n} numbers, as in start",
-        )
-        put("goal", goal)
-        lam = finite_number(self.lam, "lam", "write a number with 0 <= lam < 1")
-        require(0 <= lam < 1, "lam", f"is {lam:g}", "write a number with 0 <= lam < 1")
-        put("lam", lam)
-        require(
-            self.name is None or (isinstance(self.name, str) and bool(self.name.strip())),
-            "name",
-            "is not a text",
-            "write a short name in quotes",
-        )
-        self._warn_of_growing_errors()
-
-    def _warn_of_growing_errors(self) -> None:
-        radius = self.spectral_radius
-        if radius < 1 - tol.RADIUS:
-            return
-        if radius <= 1 + tol.RADIUS:
-            what = "position errors are never corrected and keep adding up"
-        else:
-            what = (
-                "position errors grow at every step; feedback is u = ubar - gain (x - xbar), "
-                "so a correcting gain is positive (gain = 0.5 is what the paper means)"
-            )
-        # No stack level fits both a script and a game file, so the text names the values.
-        warnings.warn(
-            f"the spectral radius of A - B*gain is {radius:.6g}: {what}.",
-            SpectralRadiusWarning,
-            stacklevel=2,
-        )
-
-    @property
-    def state_dim(self) -> int:
-        """Number n of state components."""
-        return self.start.size
-
-    @property
-    def control_dim(self) -> int:
-        """Number m of control components."""
-        return pieces(self.control)[0][1].dim
-
-    @property
-    def dim(self) -> int:
-        """Number d of position components."""
-        return self.shape.dim
-
-    def control_at(self, step: int) -> Polytope:
-        """The set U_t of admissible inputs at a step t."""
-        return set_at(self.control, step)
-
-    @property
-    def closed_loop(self) -> np.ndarray:
-        """(n, n) error dynamics A - B gain."""
-        return self.A - self.B @ self.gain
-
-    @property
-    def spectral_radius(self) -> float:
-        """Largest absolute eigenvalue of the error dynamics; below 1 errors shrink."""
-        return float(np.abs(np.linalg.eigvals(self.closed_loop)).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,9 +196,3 @@ def _tuple_of(kind: type, items: Any, place: str) -> tuple[Any, ...]:
                 f"give a list of {kind.__name__}",
             )
     return listed
-
-
-def override(record: Any, **changes: Any) -> Any:
-    """``dataclasses.replace`` for a :class:`Game` or :class:`Agent`, checked anew."""
-    values = {field.name: getattr(record, field.name) for field in fields(record)}
-    return type(record)(**(values | changes))

@@ -14,9 +14,9 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import require
+from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import goal_selector, rollout
-from ppg_env.game.game import Agent, Game
-from ppg_env.game.input_sets import excess, room
+from ppg_env.game.game import Game
 from ppg_env.support.frozen import Record, frozen_array
 from ppg_env.support.validation import numbers
 
@@ -83,39 +83,3 @@ def make_profile(game: Game, controls: Sequence[Any]) -> Profile:
         )
         plans.append(make_plan(agent, array))
     return tuple(plans)
-
-
-def straight_plan(agent: Agent, horizon: int) -> Plan | None:
-    """The plan that heads for the goal as if alone: least effort, in the fewest steps it admits.
-
-    With A = B = I that is the straight line at constant speed.  Least effort is the
-    minimum-norm solution of the reachability equation; a time is admitted when those controls
-    lie in their sets, or those of least sum of u_t' u_t / room_t, which bear what the first leave
-    room for: where speed sets change, the straight line is flown as fast as they let.  None when
-    no time up to ``horizon`` is admitted.
-    """
-    select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
-    controls = np.zeros((horizon, agent.control_dim))
-    if make_plan(agent, controls).arrival == 0:
-        return make_plan(agent, controls)
-    for t in range(1, horizon + 1):
-        blocks.append(power @ agent.B)
-        power = power @ agent.A
-        effect = select @ np.hstack(blocks[::-1])
-        wanted = agent.goal - select @ power @ agent.start
-        steps = _least_effort(effect, wanted, np.ones(t))
-        left = room(agent.control, steps)
-        if left.min() < 1 < left.max():  # some bear too much, and others could bear more
-            steps = _least_effort(effect, wanted, np.sqrt(left))
-        reached = np.abs(effect @ steps.ravel() - wanted).max() <= tol.LENGTH
-        if reached and excess(agent.control, steps) <= tol.CONTROL:
-            controls[:t] = steps
-            return make_plan(agent, controls)
-    return None
-
-
-def _least_effort(effect: np.ndarray, wanted: np.ndarray, bearing: np.ndarray) -> np.ndarray:
-    """(t, m) controls with ``effect`` u = ``wanted`` and the least sum of |u_k / bearing_k|^2."""
-    share = np.repeat(bearing, effect.shape[1] // len(bearing))
-    effort = share * np.linalg.lstsq(effect * share, wanted, rcond=None)[0]
-    return effort.reshape(len(bearing), -1)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ppg_env.env.kernel import ARRIVED, TRAFFIC
+from ppg_env.env.status import ARRIVED, TRAFFIC
 
 
 @njit(cache=True, nogil=True)

@@ -22,8 +22,9 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
 from ppg_env.game.dynamics import covariances
-from ppg_env.game.evaluation import encounter_covariances, evaluate
+from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Encounter, Game
+from ppg_env.game.margins import encounter_covariances
 from ppg_env.game.plan import Profile
 from ppg_env.risk.joint_bounds import log_joint_bound
 from ppg_env.risk.overlap import FLAT, log_best_face, log_overlap

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ import numpy as np
 
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_control, read_game, read_shape
-from ppg_env.game.game import Agent, Game, override
+from ppg_env.game.agent import Agent
+from ppg_env.game.game import Game
 from ppg_env.game.polytope import Polytope
 from ppg_env.scenarios.course import Course
 from ppg_env.scenarios.registry import registry
@@ -92,11 +94,11 @@ def override_game(game: Game, **overrides: Any) -> Game:
         with placed(f"agent[{i}]"):
             for key, value in chosen.items():
                 chosen[key] = _polytope(key, value, agents[i])
-            agents[i] = override(agents[i], **chosen) if chosen else agents[i]
+            agents[i] = replace(agents[i], **chosen) if chosen else agents[i]
     head = {key: changes[key] for key in (*GAME_KEYS, "obstacles") if key in changes}
     if "objective" in head and head["objective"] != game.objective:
         head.setdefault("margin_cap", None)  # each objective has its own default cap
-    return override(game, agents=tuple(agents), **head)
+    return replace(game, agents=tuple(agents), **head)
 
 
 def _from_course(name: str, course: Course) -> Game:

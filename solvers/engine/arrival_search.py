@@ -22,11 +22,11 @@ from itertools import count
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Plan, Profile, make_plan
+from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Clock
 from solvers.engine.branch_and_bound import Tree
 from solvers.engine.cuts import Advice, Lemmas, concerned

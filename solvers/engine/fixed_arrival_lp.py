@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from ppg_env.game import objective
-from ppg_env.game.evaluation import encounter_units
 from ppg_env.game.game import Game
+from ppg_env.game.margins import encounter_units
 from ppg_env.game.plan import Profile, make_plan
 from solvers.engine.presolve import Meeting, Task
 

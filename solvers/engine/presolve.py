@@ -14,8 +14,8 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
-from ppg_env.game.evaluation import encounter_units, margins
 from ppg_env.game.game import Encounter, Game
+from ppg_env.game.margins import encounter_units, margins
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Plan
 from solvers.engine.reachability_bounds import Reach, reach_of

@@ -13,8 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ppg_env.game.dynamics import BackwardReach, reach_upper
-from ppg_env.game.game import Agent
+from ppg_env.game.agent import Agent
+from ppg_env.game.reachability import BackwardReach, reach_upper
 
 
 class Reach:

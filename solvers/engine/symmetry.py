@@ -15,7 +15,8 @@ from itertools import permutations, product
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.game import Agent, Game
+from ppg_env.game.agent import Agent
+from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.objective import Weights
 from ppg_env.game.polytope import Polytope

@@ -91,7 +91,7 @@ def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, 
 
 def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
     """Which goal cannot be reached in time, and what horizon would do."""
-    from ppg_env.game.dynamics import earliest_arrival
+    from ppg_env.game.reachability import earliest_arrival
 
     for i in movers:
         agent = game.agents[i]

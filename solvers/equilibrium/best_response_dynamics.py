@@ -19,9 +19,11 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
+from ppg_env.game.agent import Agent
 from ppg_env.game.evaluation import evaluate
-from ppg_env.game.game import Agent, Game
-from ppg_env.game.plan import Plan, Profile, make_profile, straight_plan
+from ppg_env.game.game import Game
+from ppg_env.game.least_effort import straight_plan
+from ppg_env.game.plan import Plan, Profile, make_profile
 from ppg_env.support.frozen import frozen_array
 from solvers.budget import Clock
 from solvers.dispatch import ENGINE, check_solver

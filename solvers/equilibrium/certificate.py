@@ -92,7 +92,7 @@ def proved_bound(game: Game, agent: int, cost: float, found: Found) -> float:
     """
     if found.bound <= cost + tol.AGREEMENT * max(1.0, abs(cost)):
         return found.bound
-    from ppg_env.game.dynamics import earliest_arrival
+    from ppg_env.game.reachability import earliest_arrival
 
     fastest = earliest_arrival(game.agents[agent], game.horizon) or 0
     return game.agents[agent].lam * fastest

@@ -8,13 +8,14 @@ gains, and answers that.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ppg_env.env.players import Homing, Player, Tracker, View
 from ppg_env.errors import InputError, require
 from ppg_env.game import objective
-from ppg_env.game.game import Game, override
+from ppg_env.game.game import Game
 from ppg_env.game.input_sets import later
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.support.frozen import frozen_array
@@ -82,11 +83,11 @@ class RecedingHorizon:
         for i, agent in enumerate(game.agents):
             state = view.state[copy, i, : agent.state_dim]
             to_come = later(agent.control, t)
-            agents.append(override(agent, start=state, control=to_come, sigma0=0.0))
+            agents.append(replace(agent, start=state, control=to_come, sigma0=0.0))
             plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
         for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
             try:
-                now = override(game, agents=tuple(agents), horizon=horizon)
+                now = replace(game, agents=tuple(agents), horizon=horizon)
             except InputError:  # bodies overlap already: there is nothing left to plan
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)

@@ -16,10 +16,10 @@ from itertools import combinations
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
+from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Clock
 from solvers.dispatch import minimise
 from solvers.engine.fixed_arrival_lp import INF

@@ -15,11 +15,11 @@ from dataclasses import replace
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Profile
+from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Clock
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
 from scipy.sparse import coo_array
 
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
+from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Clock
 from solvers.engine.cuts import Lemmas, concerned
 from solvers.engine.presolve import Task

@@ -32,11 +32,13 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
-from ppg_env.game.dynamics import earliest_arrival, goal_selector, plan_upper
-from ppg_env.game.evaluation import encounter_units
-from ppg_env.game.game import Agent, Encounter, Game
+from ppg_env.game.agent import Agent
+from ppg_env.game.dynamics import goal_selector
+from ppg_env.game.game import Encounter, Game
 from ppg_env.game.input_sets import spans
+from ppg_env.game.margins import encounter_units
 from ppg_env.game.plan import Profile
+from ppg_env.game.reachability import earliest_arrival, plan_upper
 from solvers.reference.tangents import TangentTable
 
 

@@ -11,7 +11,7 @@ import pytest
 from ppg_env import make_profile
 from solvers import best_response, potential_equilibrium, social_optimum
 from solvers.solution import Status
-from tests.solvers.brute_force import Line, best_response_value, joint_optimum
+from tests.oracles.brute_force import Line, best_response_value, joint_optimum
 
 COURSES = {
     "swap": Line(starts=(0, 7), goals=(6, 1), limits=(2, 2)),

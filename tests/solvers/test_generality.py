@@ -7,15 +7,15 @@ import pytest
 
 from ppg_env import Polytope, evaluate, make_game
 from ppg_env.game import objective
-from ppg_env.game.dynamics import earliest_arrival
 from ppg_env.game.input_sets import pieces
+from ppg_env.game.reachability import earliest_arrival
 from solvers import best_response, certify, potential_equilibrium, social_optimum
 from solvers.budget import Clock
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.symmetry import symmetries
 from solvers.solution import Status
+from tests.solvers.engine.test_engine import both
 from tests.solvers.mixed_games import mixed_game
-from tests.solvers.test_engine import both
 
 
 def test_the_games_are_as_mixed_as_they_are_said_to_be():

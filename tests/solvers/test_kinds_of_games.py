@@ -17,7 +17,7 @@ from solvers import (
     potential_equilibrium,
     social_optimum,
 )
-from tests.ppg_env.slow_evaluator import judge
+from tests.oracles.slow_evaluator import judge
 
 HEXAGON = Polytope.disc(7.0, 6)
 KITE = Polytope.from_vertices([[0, 8], [-5, 0], [0, -6], [5, 0]])

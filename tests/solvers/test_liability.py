@@ -14,7 +14,7 @@ from ppg_env.game import objective
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.liability import make_rule
 from solvers.solution import Status
-from tests.solvers.brute_force import Line, best_response_value
+from tests.oracles.brute_force import Line, best_response_value
 
 LAMS = st.lists(st.sampled_from([0.0, 0.25, 0.5, 0.9]), min_size=3, max_size=3)
 SHARES = st.floats(0.0625, 0.9375)

@@ -14,7 +14,7 @@ from solvers import (
     potential_equilibrium,
     social_optimum,
 )
-from tests.ppg_env.slow_evaluator import judge
+from tests.oracles.slow_evaluator import judge
 from tests.ppg_env.strategies import plays
 
 HORIZON = 7

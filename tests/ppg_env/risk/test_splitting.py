@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,13 +14,12 @@ from ppg_env.env import episodes as arena
 from ppg_env.env.players import Homing, straight_players, track
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
-from ppg_env.game.game import override
 from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
 from ppg_env.risk.batches import generator
 from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.splitting import CHAIN, Swarm, find_levels, split_risk
-from tests.ppg_env.risk.plain import case, fly
+from tests.oracles.plain_monte_carlo import case, fly
 from tests.ppg_env.strategies import Play, plays
 
 FAR = 4.0
@@ -81,7 +82,7 @@ def test_under_the_environments_rules_it_agrees_with_plain_play(
 ) -> None:
     lane = make_game("parallel", noise=3.0).agents[0]
     places = [([10, 70], [95, 70]), ([10, 50], [95, 50]), ([10, 30], [50, 30])]
-    game = Game(tuple(override(lane, start=start, goal=goal) for start, goal in places))
+    game = Game(tuple(replace(lane, start=start, goal=goal) for start, goal in places))
     rules = Rules(on_goal=on_goal, on_crash=on_crash)
     players = straight_players(game)
     plain = arena.evaluate(game, players, 20_000, 3, rules=rules).summary(1 - 1e-4)

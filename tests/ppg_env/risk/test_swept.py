@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game, make_profile
-from ppg_env.game.game import override
 from ppg_env.game.plan import Profile
 from ppg_env.risk.batches import BLOCK, generator
 from ppg_env.risk.crash_events import make_flight
 from ppg_env.risk.error_process import streams
 from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
-from tests.ppg_env.risk.plain import case, fly
+from tests.oracles.plain_monte_carlo import case, fly
 from tests.ppg_env.strategies import Play, plays
 
 
@@ -41,12 +42,12 @@ def test_who_passes_through_a_wall_within_a_step_is_seen_only_when_steps_are_wat
 def test_the_last_step_counts_up_to_the_arrival_but_not_the_arrival_itself() -> None:
     # The wall stands between the last instant in traffic and the goal.
     wall = Polytope.from_vertices([[14.5, -50], [15.5, -50], [15.5, 50], [14.5, 50]])
-    game = override(thin_wall()[0], obstacles=(wall,))
+    game = replace(thin_wall()[0], obstacles=(wall,))
     profile = fly(game)
     assert profile[0].arrival == 2
     counts = crash_counts(game, profile, 500, swept=True)
     assert counts.times[0].tolist() == [0, 0, 500, 0]
-    beyond = override(game, obstacles=(Polytope.from_vertices(wall.vertices + np.array([7.5, 0])),))
+    beyond = replace(game, obstacles=(Polytope.from_vertices(wall.vertices + np.array([7.5, 0])),))
     assert crash_counts(beyond, profile, 500, swept=True).any == 0
 
 
@@ -122,9 +123,9 @@ def test_a_plan_compared_with_itself_differs_in_no_episode() -> None:
 
 def test_common_noise_tells_near_plans_apart_sooner() -> None:
     game = make_game("parallel", start={1: [10.0, 47.0]}, goal={1: [95.0, 47.0]}, noise=3.0)
-    wider = override(
+    wider = replace(
         game,
-        agents=(game.agents[0], override(game.agents[1], start=[10.0, 46.5], goal=[95.0, 46.5])),
+        agents=(game.agents[0], replace(game.agents[1], start=[10.0, 46.5], goal=[95.0, 46.5])),
     )
     near, far = (game, fly(game)), (wider, fly(wider))
     counts = paired_counts(near, far, 100_000, 2)
@@ -139,8 +140,8 @@ def test_common_noise_tells_near_plans_apart_sooner() -> None:
 
 def test_plans_of_games_with_other_feedback_meet_the_same_normals() -> None:
     game = make_game("parallel", start={1: [10.0, 47.0]}, goal={1: [95.0, 47.0]}, noise=3.0)
-    same = override(game, agents=tuple(override(agent) for agent in game.agents))
-    loose = override(game, agents=tuple(override(agent, gain=0.3) for agent in game.agents))
+    same = replace(game, agents=tuple(replace(agent) for agent in game.agents))
+    loose = replace(game, agents=tuple(replace(agent, gain=0.3) for agent in game.agents))
     flown = (game, fly(game))
     copy = paired_counts(flown, (same, fly(same)), 30_000)
     assert copy.first.any > 100

@@ -1,0 +1,235 @@
+"""PettingZoo's and Gymnasium's own tests, over the whole registry and the life-cycles."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import warnings
+from typing import Any
+
+import numpy as np
+import pettingzoo
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import (
+    api_test,
+    max_cycles_test,
+    parallel_api_test,
+    parallel_seed_test,
+    render_test,
+    seed_test,
+)
+from pettingzoo.test.state_test import state_test
+
+import ppg_env
+from ppg_env import InputError, SingleAgentEnv, make_game, path_planning_v0
+from tests.ppg_env.env.conftest import LIFE_CYCLES, name, with_schedule
+
+# PettingZoo's tests advise against unbounded observations and read attributes through wrappers.
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+
+
+@pytest.fixture(params=LIFE_CYCLES, ids=name)
+def options(request: pytest.FixtureRequest) -> dict[str, Any]:
+    return request.param
+
+
+def made(scenario: str, options: dict[str, Any], **more: Any) -> ppg_env.PathPlanningEnv:
+    game = make_game(scenario)
+    return path_planning_v0.parallel_env(game, **with_schedule(options, len(game.agents)), **more)
+
+
+def test_every_life_cycle_passes_the_parallel_api_test(options: dict[str, Any]) -> None:
+    parallel_api_test(made("intersection3", options), num_cycles=100)
+
+
+@pytest.mark.parametrize("reward", ["risk", "margin"])
+def test_every_scenario_passes_the_parallel_api_test(scenario: str, reward: str) -> None:
+    parallel_api_test(made(scenario, {"reward": reward}), num_cycles=100)
+
+
+def test_every_scenario_passes_the_turn_based_api_test(scenario: str) -> None:
+    api_test(path_planning_v0.env(scenario), num_cycles=60)
+
+
+def test_every_life_cycle_passes_the_turn_based_api_test(options: dict[str, Any]) -> None:
+    env = path_planning_v0.env("intersection", **with_schedule(options, 2))
+    api_test(env, num_cycles=60)
+
+
+def test_every_scenario_passes_the_seed_tests(scenario: str) -> None:
+    parallel_seed_test(lambda: path_planning_v0.parallel_env(scenario))
+    seed_test(lambda: path_planning_v0.env(scenario), num_cycles=30)
+
+
+def test_max_cycles_are_kept() -> None:
+    max_cycles_test(path_planning_v0)
+
+
+def test_rendering_passes_the_render_test(scenario: str) -> None:
+    render_test(lambda render_mode: path_planning_v0.env(scenario, render_mode=render_mode)
+                if render_mode != "human" else path_planning_v0.env(scenario))  # fmt: skip
+
+
+def test_state_passes_the_state_test(scenario: str) -> None:
+    parallel = path_planning_v0.parallel_env(scenario)
+    state_test(path_planning_v0.env(scenario), parallel)
+
+
+def test_the_gymnasium_view_passes_gymnasium_s_checker(scenario: str) -> None:
+    check_env(SingleAgentEnv(scenario), skip_render_check=True)
+
+
+def test_every_scenario_is_registered(scenario: str) -> None:
+    plain = scenario.split("(")[0]
+    env = pettingzoo.make("parallel", f"ppg/{plain}-v0", max_cycles=7)
+    assert env.max_cycles == 7
+    assert env.game == make_game(plain)
+
+
+def play(env: ppg_env.PathPlanningEnv, seed: int, steps: int = 60) -> list[Any]:
+    """A whole episode under random actions, everything that came out of it."""
+    random = np.random.default_rng(seed)
+    trail: list[Any] = [env.reset(seed=seed)]
+    while env.agents and len(trail) < steps:
+        actions = {agent: random.uniform(-10, 10, 2) for agent in env.agents}
+        trail.append((*env.step(actions), env.state()))
+    return trail
+
+
+def same(one: Any, other: Any) -> bool:
+    """Equality through dicts, tuples and arrays, types included."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, (list, tuple)):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other)
+    return bool(one == other)
+
+
+def test_a_seed_fixes_the_whole_episode(options: dict[str, Any]) -> None:
+    trails = [play(made("intersection3", options), seed=5) for _ in range(2)]
+    assert same(*trails)
+    assert not same(trails[0], play(made("intersection3", options), seed=6))
+
+
+def test_a_seed_fixes_later_episodes_and_random_starts() -> None:
+    game = make_game("head_on", sigma0=2.0)
+    trails = []
+    for _ in range(2):
+        env = path_planning_v0.parallel_env(game)
+        first = env.reset(seed=3)
+        trails.append([first, *(env.reset() for _ in range(3))])
+    assert same(*trails)
+    starts = [trail[0]["agent_0"] for trail in trails[0]]
+    assert not np.array_equal(starts[0], starts[1])
+
+
+def test_environments_do_not_disturb_each_other() -> None:
+    alone = play(made("intersection3", {}), seed=5)
+    one, other = made("intersection3", {}), made("intersection3", {})
+    random = np.random.default_rng(5)
+    together: list[Any] = [one.reset(seed=5)]
+    other.reset(seed=9)
+    while one.agents:
+        if other.agents:
+            other.step({agent: np.ones(2) for agent in other.agents})
+        np.random.seed(0)
+        actions = {agent: random.uniform(-10, 10, 2) for agent in one.agents}
+        together.append((*one.step(actions), one.state()))
+    assert same(alone, together)
+
+
+@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_made_mid_episode_goes_on_identically(duplicate: Any) -> None:
+    env = made("intersection3", {"on_crash": "continue"})
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step({agent: np.full(2, 3.0) for agent in env.agents})
+    twin = duplicate(env)
+    for _ in range(10):
+        actions = {agent: np.full(2, -1.0) for agent in env.agents}
+        assert same(env.step(actions), twin.step(actions))
+        assert np.array_equal(env.state(), twin.state())
+
+
+def test_after_the_end_an_empty_step_is_empty_and_anything_else_an_error() -> None:
+    env = made("head_on", {"max_cycles": 1})
+    env.reset(seed=0)
+    env.step({agent: np.zeros(2) for agent in env.agents})
+    assert env.agents == []
+    assert env.step({}) == ({}, {}, {}, {}, {})
+    with pytest.raises(InputError, match="call reset"):
+        env.step({"agent_0": np.zeros(2)})
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        ({"agent_0": [np.nan, 0.0]}, "finite"),
+        ({"agent_0": [np.inf, 0.0]}, "finite"),
+        ({"agent_0": [0.0]}, "shape"),
+        ({"agent_0": [[0.0, 0.0]]}, "shape"),
+        ({"agent_0": "left"}, "finite"),
+        ({"agent_0": None}, "finite"),
+        ({"stranger": [0.0, 0.0]}, "no agent"),
+    ],
+)
+def test_wrong_actions_are_answered_by_name(action: dict[str, Any], words: str) -> None:
+    env = made("head_on", {})
+    env.reset(seed=0)
+    before = env.state()
+    with pytest.raises(InputError, match=words):
+        env.step({"agent_0": [0.0, 0.0], "agent_1": [0.0, 0.0]} | action)
+    assert np.array_equal(env.state(), before), "a refused step must not move anybody"
+
+
+def test_a_missing_action_is_answered_by_name() -> None:
+    env = made("head_on", {})
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"actions\['agent_1'\]: is missing"):
+        env.step({"agent_0": np.zeros(2)})
+
+
+def test_values_have_the_promised_types() -> None:
+    env = made("head_on", {})
+    observations, _ = env.reset(seed=0)
+    result = env.step({agent: np.zeros(2) for agent in env.agents})
+    for agent, observation in (observations | result[0]).items():
+        assert observation.dtype == np.float32
+        assert env.observation_space(agent).contains(observation)
+    assert all(type(value) is float for value in result[1].values())
+    assert all(type(value) is bool for flags in result[2:4] for value in flags.values())
+    assert all(type(info["crashed"]) is bool for info in result[4].values())
+    assert env.state().dtype == np.float32
+    assert env.state_space.contains(env.state())
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"arrival": "never"}, "region or schedule"),
+        ({"arrival": "schedule"}, "schedule: is missing"),
+        ({"schedule": (1, 2)}, "arrival is 'region'"),
+        ({"arrival": "schedule", "schedule": (1, 2, 3)}, "3 times for 2 agents"),
+        ({"max_cycles": 0}, "max_cycles"),
+        ({"tolerance": -1.0}, "tolerance"),
+        ({"bogus": 1}, "bogus"),
+        ({"render_mode": "ascii"}, "rgb_array or human"),
+    ],
+)
+def test_wrong_options_are_answered_by_name(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        path_planning_v0.parallel_env("head_on", **options)
+
+
+def test_rendering_without_a_mode_warns() -> None:
+    env = made("head_on", {})
+    env.reset(seed=0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert env.render() is None
+    assert any("render_mode" in str(warning.message) for warning in caught)

@@ -1,0 +1,125 @@
+"""Conformance of every scenario: what holds for one holds for the next that somebody adds."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ppg_env import Game, evaluate, make_game, straight_plan
+from ppg_env.game.polytope import collision_set
+from ppg_env.game.reachability import earliest_arrival
+from ppg_env.scenarios.course import Course
+from ppg_env.scenarios.registry import registry
+
+PACKAGE = import_module("ppg_env.scenarios")  # the name ppg_env.scenarios is the function
+
+
+def test_nobody_overlaps_at_the_start(game: Game) -> None:
+    for encounter in game.encounters:
+        places = [game.agents[i].start[: game.dim] for i in encounter.agents]
+        assert encounter.collision.clearance(encounter.displacement(*places)) > 0
+
+
+def test_nobody_has_to_stop_inside_an_obstacle(game: Game) -> None:
+    for agent in game.agents:
+        for obstacle in game.obstacles:
+            assert collision_set(agent.shape, obstacle).clearance(agent.goal) > 0
+
+
+def test_every_goal_can_be_reached_with_time_to_give_way(game: Game) -> None:
+    for agent in game.agents:
+        first = earliest_arrival(agent, game.horizon)
+        assert first is not None
+        assert first < game.horizon
+
+
+def test_everybody_has_a_straight_plan_that_arrives(game: Game) -> None:
+    profile = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    assert None not in profile
+    found = evaluate(game, profile)  # type: ignore[arg-type]
+    assert None not in found.arrival
+    assert found.residuals.control.max() <= 1e-7
+    assert np.isfinite(found.cost).all()
+
+
+def test_agents_are_alike_except_for_start_and_goal(game: Game) -> None:
+    first = game.agents[0]
+    for agent in game.agents:
+        assert replace(agent, start=first.start, goal=first.goal) == first
+
+
+def test_a_game_bears_the_name_it_was_called_by(scenario: str) -> None:
+    assert make_game(scenario).name == scenario
+
+
+def test_the_registry_is_exactly_the_public_functions_of_the_modules() -> None:
+    folder = Path(str(PACKAGE.__file__)).parent
+    defined = {
+        node.name
+        for path in folder.glob("*.py")
+        if path.name != "__init__.py"
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+    }
+    assert set(registry()) == defined
+    assert {"opposing", "head_on", "parallel", "intersection", "intersection3", "circle"} <= defined
+
+
+def test_a_new_module_is_picked_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "brand_new.py").write_text(
+        "from ppg_env.scenarios.course import Course\n"
+        "from math import sin\n"
+        "def lonely(x: float = 5.0) -> Course:\n"
+        "    '''One agent.'''\n"
+        "    return Course([(0, 0)], [(x, 0)])\n"
+        "def _private() -> Course: ...\n",
+        encoding="utf-8",
+    )
+    folders = [*PACKAGE.__path__, str(tmp_path)]
+    monkeypatch.setattr(PACKAGE, "__path__", folders)
+    registry.cache_clear()
+    try:
+        assert "lonely" in registry()
+        assert "_private" not in registry()
+        assert "sin" not in registry()
+        assert make_game("lonely(8.0)").agents[0].goal.tolist() == [8.0, 0.0]
+    finally:
+        registry.cache_clear()
+
+
+@pytest.mark.parametrize("name", registry())
+def test_a_scenario_is_a_documented_function_of_typed_arguments_with_defaults(name: str) -> None:
+    function = registry()[name]
+    assert inspect.getdoc(function)
+    for parameter in inspect.signature(function).parameters.values():
+        assert parameter.default is not parameter.empty
+        assert parameter.annotation is not parameter.empty
+    assert isinstance(function(), Course)
+
+
+@pytest.mark.parametrize("n", range(1, 21))
+def test_a_circle_leaves_room_for_everybody_and_time_to_cross_it(n: int) -> None:
+    game = make_game(f"circle({n})", speed="l1")
+    assert len(game.agents) == n
+    for encounter in game.encounters:
+        places = [game.agents[i].start for i in encounter.agents]
+        assert encounter.collision.clearance(encounter.displacement(*places)) > 5
+    for agent in game.agents:
+        np.testing.assert_allclose(agent.goal, -agent.start)
+        assert straight_plan(agent, game.horizon) is not None
+
+
+def test_the_printed_coordinates_of_the_paper() -> None:
+    opposing, head_on = make_game("opposing"), make_game("head_on")
+    assert [a.start.tolist() for a in opposing.agents] == [[10, 50], [90, 50]]
+    assert [a.goal.tolist() for a in opposing.agents] == [[95, 50], [5, 10]]
+    assert [a.goal.tolist() for a in head_on.agents] == [[95, 50], [5, 50]]
+    assert len(make_game("intersection").agents) == 2
+    assert len(make_game("intersection3").agents) == 3
+    assert make_game("course").obstacles

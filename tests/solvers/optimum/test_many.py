@@ -1,0 +1,202 @@
+"""What makes many agents practical: symmetries, lemmas, spared proofs, descent and bounds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ppg_env import evaluate, make_game
+from ppg_env.game import objective
+from ppg_env.game.least_effort import straight_plan
+from solvers import best_response_dynamics, certify, social_optimum
+from solvers.budget import Clock
+from solvers.engine.arrival_search import engine_search
+from solvers.engine.branch_and_bound import Tree
+from solvers.engine.cuts import Lemmas
+from solvers.engine.fixed_arrival_lp import INF, FixedProgram
+from solvers.engine.presolve import Task, matters, meetings
+from solvers.engine.refine import polish
+from solvers.engine.symmetry import identity, symmetries
+from solvers.optimum.annealing import descent
+from solvers.optimum.pair_bound import pair_bound
+from solvers.solution import Status
+
+
+def crossing(**changes):
+    """Four agents on a small circle, quickly solved."""
+    return make_game("circle(4, radius=25)", **({"horizon": 8, "lam": 0.5} | changes))
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("circle(4)", 8), ("circle(3)", 2), ("head_on", 4), ("intersection", 2), ("intersection3", 1)],
+)
+def test_games_have_the_symmetries_that_one_sees(name, count):
+    game = make_game(name)
+    found = symmetries(game, objective.social(game))
+    assert found[0] == identity(game)
+    assert len(found) == count
+
+
+def test_a_symmetry_is_lost_with_unequal_agents_and_kept_by_none_of_them():
+    game = crossing()
+    first = replace(game.agents[0], lam=0.4)
+    uneven = replace(game, agents=(first, *game.agents[1:]))
+    assert len(symmetries(uneven, objective.social(uneven))) == 2  # the mirror through agent 0
+    noisy = replace(game, agents=(replace(game.agents[0], noise=2.5), *game.agents[1:]))
+    assert len(symmetries(noisy, objective.social(noisy))) == 2
+
+
+def test_mirrored_profiles_cost_the_same():
+    """A symmetry is what it claims: the image of any profile has the image's costs."""
+    game = crossing(horizon=12)
+    plans = best_response_dynamics(game).profile
+    judged = evaluate(game, plans)
+    for one in symmetries(game, objective.social(game)):
+        losses = np.array([judged.margins[e].sum() for e in range(len(game.encounters))])
+        pairs = [set(e.agents) for e in game.encounters]
+        for e, image in enumerate(one.encounters):
+            assert {one.agents[i] for i in pairs[e]} == pairs[image]
+        assert sorted(one.encounters) == list(range(len(losses)))
+
+
+def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatch):
+    game = crossing()
+    weights = objective.social(game)
+    fast = engine_search(game, range(4), weights, None, Clock(None))
+    monkeypatch.setattr(
+        "solvers.engine.arrival_search.symmetries", lambda game, weights: [identity(game)]
+    )
+    monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
+    eager = engine_search(game, range(4), weights, None, Clock(None))
+    monkeypatch.setattr("solvers.engine.cuts._triples", lambda task: [])
+    plain = engine_search(game, range(4), weights, None, Clock(None))
+    assert fast.status is eager.status is plain.status is Status.OPTIMAL
+    assert fast.value == pytest.approx(plain.value, abs=1e-6)
+    assert eager.value == pytest.approx(plain.value, abs=1e-6)
+
+
+def test_lemmas_are_no_more_than_what_plans_really_lose():
+    """The value of three movers' losses is at most that of any feasible profile of four."""
+    game = crossing(gain=-0.5)
+    weights = objective.social(game)
+    best = engine_search(game, range(4), weights, None, Clock(None))
+    lemmas = Lemmas(Task(game, (0, 1, 2, 3), weights, {}), symmetries(game, weights), Clock(None))
+    arrivals = dict(enumerate(best.evaluation.arrival))
+    traffic = np.where(best.evaluation.traffic, game.margin_cap - best.evaluation.margins, 0.0)
+    lost = weights.encounter * traffic.sum(axis=1)
+    assert len(lemmas.parts) == 4
+    for part in lemmas.parts:
+        assert lemmas.value(part, arrivals) <= lost[list(part)].sum() + 1e-6
+
+
+def test_a_tree_that_rests_goes_on_where_it_was():
+    game = crossing()
+    weights = objective.social(game)
+    task = Task(game, (0, 1, 2, 3), weights, {})
+    arrivals = {0: 6, 1: 7, 2: 6, 3: 7}
+    known = meetings(task, range(len(game.encounters)), arrivals)
+    assert known is not None
+
+    def tree(clock):
+        make = lambda: FixedProgram(task, arrivals, known)  # noqa: E731 - short
+        return Tree(make, 0.0, INF, clock, lambda program, point, estimate: estimate)
+
+    clock = Clock(None, 20)
+    whole, broken = tree(Clock(None)), tree(clock)
+    assert whole.search(INF)
+    while broken.waiting < INF:
+        broken.search(INF)
+        broken.rest()
+        clock.nodes += 20
+    assert broken.bound == pytest.approx(whole.bound, abs=1e-6)
+
+
+def test_who_matters_is_never_left_out():
+    """Wherever some drawn plan loses margin to another, the reachable sets had said so."""
+    game = make_game("random(6, 1)")
+    straight = [straight_plan(agent, game.horizon) for agent in game.agents]
+    judged = evaluate(game, tuple(straight))
+    irrelevant = 0
+    for e, encounter in enumerate(game.encounters):
+        i, j = encounter.agents
+        said = matters(game, e, i, straight[j], game.horizon)
+        loses = judged.traffic[e] & (judged.margins[e] < game.margin_cap)
+        assert said or not loses.any()
+        irrelevant += not matters(game, e, i, straight[j], straight[i].arrival)
+    assert irrelevant > 0
+
+
+@pytest.mark.parametrize("name", ["circle(6)", "random(7, 3)"])
+def test_equilibria_with_spared_proofs_are_certified_by_fresh_ones(name):
+    game = make_game(name)
+    solution = best_response_dynamics(game)
+    assert solution.status is Status.EQUILIBRIUM
+    again = certify(game, solution.profile)
+    assert again.epsilon <= 1e-4
+    np.testing.assert_allclose(again.regret, solution.regret, atol=1e-5)
+
+
+def test_pigou_dynamics_lower_the_social_cost():
+    game = make_game("intersection3", speed="l1", gain=0.0, margin_cap=5.0)
+    selfish = best_response_dynamics(game)
+    pigou = best_response_dynamics(game, charge="pigou", start=selfish.profile)
+    assert pigou.evaluation.social_cost <= selfish.evaluation.social_cost + 1e-6
+    assert certify(game, pigou.profile, charge="pigou").epsilon <= 1e-4
+
+
+@pytest.mark.parametrize("kind", ["margin", "risk"])
+def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
+    game = make_game("intersection3", speed="l1", objective=kind, gain=0.0, lam=0.8)
+    weights = objective.social(game)
+    rough = best_response_dynamics(game, max_sweeps=1).profile
+    before = evaluate(game, rough).weighted(weights)
+    once = polish(game, rough, weights, Clock(None))
+    after = evaluate(game, once).weighted(weights)
+    assert after <= before + 1e-9
+    assert evaluate(game, once).feasible
+    twice = polish(game, once, weights, Clock(None))
+    assert evaluate(game, twice).weighted(weights) == pytest.approx(after, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["circle(4, radius=25)", "intersection3", "random(4, 2)"])
+@pytest.mark.parametrize("lam", [0.5, 0.8])
+def test_the_bound_from_pairs_is_never_above_the_optimum(name, lam):
+    game = make_game(name, lam=lam, gain=0.0)
+    best = social_optimum(game, time_limit=60.0)
+    bound = pair_bound(game, objective.social(game), Clock(None))
+    assert bound <= best.value + 1e-6
+    assert bound >= sum(agent.lam for agent in game.agents)  # it says something
+
+
+def test_descent_betters_best_responses_and_repeats_itself():
+    game = crossing()
+    best = social_optimum(game)
+    values = []
+    clocks = [Clock(None, 4000) for _ in range(2)]
+    profiles = [descent(game, "pigou", "ENGINE", clock, 5, values.append) for clock in clocks]
+    assert profiles[0] == profiles[1]
+    assert values == sorted(values[: len(values) // 2], reverse=True) * 2
+    assert best.value - 1e-6 <= values[-1] < values[0]
+
+
+def test_many_agents_get_plans_a_bound_and_the_truth_about_the_gap():
+    told = []
+    game = make_game("circle(6)")
+    solution = social_optimum(game, node_limit=5000, progress=lambda *news: told.append(news))
+    assert solution.evaluation.feasible
+    assert solution.bound <= solution.value + 1e-6
+    assert solution.status in (Status.FEASIBLE, Status.OPTIMAL)
+    assert solution.status is Status.OPTIMAL or "the gap is proved" in solution.advice
+    assert {what for what, _ in told} == {"value", "bound"}
+
+
+def test_a_limit_on_nodes_gives_the_same_answer_everywhere():
+    game = crossing(gain=-0.5)
+    first, again = (social_optimum(game, node_limit=150) for _ in range(2))
+    assert (first.value, first.bound, first.profile) == (again.value, again.bound, again.profile)
+    whole = social_optimum(game)
+    assert first.bound <= whole.value + 1e-6
+    assert first.value >= whole.value - 1e-6
