@@ -1,7 +1,7 @@
 """Learned players: train them, load them, play them, and bound their regret.
 
-Names are loaded when first used: training needs the extra ``rl`` (stable-baselines3, torch), playing
-does not.  ``__init__.pyi`` lists them.
+Names are loaded when first used: training needs the extra ``rl`` (stable-baselines3, torch),
+playing does not.  ``__init__.pyi`` lists them.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-from .evaluate_runs import judge as judge
+from .evaluate_runs import evaluate_runs as evaluate_runs
 from .export import export_policy as export_policy
 from .policy import LearnedPlayer as LearnedPlayer
 from .policy import Policy as Policy

@@ -27,7 +27,7 @@ OF_A_LEVEL = 40_000
 
 
 @dataclass(frozen=True)
-class Judged:
+class RunStatistics:
     """What R runs did in their groups of episodes.
 
     Attributes
@@ -58,7 +58,7 @@ class Judged:
         return np.array([group.arrived.mean() for group in self.groups])
 
 
-def judge(
+def evaluate_runs(
     game: Game,
     runs: Sequence[Sequence[Player]],
     episodes: int,
@@ -66,7 +66,7 @@ def judge(
     *,
     groups: int | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Judged:
+) -> RunStatistics:
     """Let the runs play ``episodes`` altogether, in ``groups`` (one per run unless given).
 
     A single run plays all groups; with more, there must be one group for each.
@@ -74,7 +74,7 @@ def judge(
     count = len(runs) if groups is None else groups
     require(len(runs) in (1, count), "runs", f"are {len(runs)}", f"give one or {count}")
     each = max(-(-episodes // count), 1)
-    return Judged(
+    return RunStatistics(
         tuple(
             arena.evaluate(game, runs[r % len(runs)], each, seed, group=r, progress=progress)
             for r in range(count)
@@ -82,7 +82,7 @@ def judge(
     )
 
 
-def judge_rare(
+def evaluate_rare_runs(
     game: Game,
     runs: Sequence[Sequence[Player]],
     episodes: int = OF_A_LEVEL,

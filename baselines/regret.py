@@ -30,7 +30,7 @@ from ppg_env.game.plan import Plan
 from ppg_env.scenarios.make import override_game
 from ppg_env.support.frozen import frozen_array
 from ppg_env.support.statistics import Interval
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.equilibrium.best_response import respond
 from solvers.liability import make_rule
 
@@ -76,7 +76,7 @@ def regret_bounds(
         Environment steps to train each deviation, 0 to do without.  It starts to learn from the
         agent's own policy, if that is a learned one.
     episodes
-        Episodes to choose a deviation in, and again to judge it in.
+        Episodes to choose a deviation in, and again to evaluate it in.
     solver, time_limit
         Of the planner, see :func:`solvers.best_response`.
     """
@@ -117,7 +117,7 @@ def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed
     """PPO for one agent against the others as they are."""
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
     from baselines.training_loop import Args, Turn, take_turns
-    from baselines.warm_start import imitate_homing
+    from baselines.warm_start import imitate_go_to_goal
 
     lam, player = game.agents[agent].lam, players[agent]
     own = player.policy if isinstance(player, LearnedPlayer) else None
@@ -128,7 +128,7 @@ def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed
 
     def prepare() -> None:
         if own is None or not copy_policy(own, learner):
-            imitate_homing(learner.model, learner.env, seed)
+            imitate_go_to_goal(learner.model, learner.env, seed)
 
     take_turns(args, [learner], [Turn(0, -(-steps // learner.rollout))], prepare=prepare)
     return player_of(args, learner, agent)
@@ -139,7 +139,7 @@ def _planned(
 ) -> Player | None:
     """The best response to the others' mean paths, in the money of the environment."""
     priced = override_game(game, objective="risk")
-    found = respond(make_rule(priced, "selfish"), agent, mean, solver, Clock(time_limit))
+    found = respond(make_rule(priced, "selfish"), agent, mean, solver, Budget(time_limit))
     return None if found.profile is None else Tracker(game, agent, found.profile[agent])
 
 

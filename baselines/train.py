@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from baselines.evaluate_runs import judge, over_runs
+from baselines.evaluate_runs import evaluate_runs, over_runs
 from baselines.policy import Team
 from baselines.policy_file import Learned
 from ppg_env.errors import InputError, require
@@ -115,7 +115,7 @@ def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> li
     for lam in lams or [None]:
         played = game if lam is None else override_game(game, lam=lam)
         runs = [learned.players(played, r) for r in range(len(learned.runs))]
-        judged = judge(played, runs, episodes * len(runs), seed=0)
+        judged = evaluate_runs(played, runs, episodes * len(runs), seed=0)
         rows.append(
             {
                 "lam": [agent.lam for agent in played.agents],

@@ -17,7 +17,7 @@ import torch
 
 from baselines.export import mean_action
 from baselines.vec_env import GameVecEnv
-from ppg_env.env.players import Homing
+from ppg_env.env.players import GoToGoal
 
 STEPS = 48
 """Steps of each copy: a few episodes."""
@@ -28,7 +28,7 @@ PUSH = 0.7
 UPDATES, BATCH, RATE = 1500, 1024, 2e-3
 
 
-def imitate_homing(model: Any, env: GameVecEnv, seed: int) -> None:
+def imitate_go_to_goal(model: Any, env: GameVecEnv, seed: int) -> None:
     """Fit the mean policy of ``model`` to straight flight in the game of ``env``."""
     random = np.random.default_rng(seed)
     seen, wanted = _examples(env, random)
@@ -44,7 +44,7 @@ def imitate_homing(model: Any, env: GameVecEnv, seed: int) -> None:
 
 def _examples(env: GameVecEnv, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Inputs (K, W) and homing actions (K, m) of learners that are pushed about."""
-    players = {i: Homing(env.simulator.game, i) for i in env.learners}
+    players = {i: GoToGoal(env.simulator.game, i) for i in env.learners}
     shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
     seen, wanted = [], []
     observation: Any = env.reset()

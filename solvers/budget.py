@@ -1,11 +1,11 @@
-"""Limits on time and on work."""
+"""A budget of time and of linear programs, shared by several solves."""
 
 from __future__ import annotations
 
 from time import monotonic
 
 
-class Clock:
+class Budget:
     """What is left of limits that several solves share; None never runs out.
 
     Seconds depend on the machine.  Nodes, the linear programs of the engine, do not: with a limit
@@ -18,7 +18,7 @@ class Clock:
 
     @property
     def spent(self) -> float:
-        """Seconds since the clock was made."""
+        """Seconds since the budget was made."""
         return monotonic() - self.start
 
     @property
@@ -33,25 +33,26 @@ class Clock:
         return late or (self.nodes is not None and self.used >= self.nodes)
 
     @property
-    def gone(self) -> float:
+    def fraction_used(self) -> float:
         """Part of the limits that is used up, 0 to 1; 0 if there are none."""
         time = 0.0 if self.limit is None else self.spent / max(self.limit, self.spent, 1e-9)
         work = 0.0 if not self.nodes else min(self.used / self.nodes, 1.0)
         return max(time, work)
 
-    def share(self, nodes: int | None) -> Clock:
-        """A clock for one of several solves: as much time as is left, and so many nodes of its own.
+    def child(self, nodes: int | None) -> Budget:
+        """A budget for one of several solves: as much time as is left, and so many nodes of its
+        own.
 
-        What it uses is not counted here until :meth:`take`.
+        What it uses is not counted here until :meth:`charge`.
         """
         if self.nodes is not None:
             rest = max(self.nodes - self.used, 0)
             nodes = rest if nodes is None else min(nodes, rest)
-        return Clock(self.left, nodes)
+        return Budget(self.left, nodes)
 
-    def take(self, share: Clock) -> None:
+    def charge(self, child: Budget) -> None:
         """Count what a share has used."""
-        self.used += share.used
+        self.used += child.used
 
     def tick(self) -> None:
         """Count one linear program."""

@@ -15,8 +15,8 @@ import numpy as np
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Profile
-from solvers.budget import Clock
-from solvers.search_result import Found
+from solvers.budget import Budget
+from solvers.search_result import SearchResult
 
 if TYPE_CHECKING:
     from solvers.reference.formulation import Program
@@ -30,9 +30,9 @@ def minimise(
     weights: Weights,
     given: Profile | None,
     solver: str,
-    clock: Clock,
+    budget: Budget,
     tell: Callable[[str, float], None] = lambda what, value: None,
-) -> Found:
+) -> SearchResult:
     """The cheapest plans of ``movers`` while the others keep to ``given``, with a proved bound.
 
     ``tell`` hears of every better ``value`` and ``bound`` of the engine.
@@ -40,11 +40,11 @@ def minimise(
     if solver == ENGINE:
         from solvers.engine.arrival_search import engine_search
 
-        return engine_search(game, movers, weights, given, clock, tell)
+        return engine_search(game, movers, weights, given, budget, tell)
     from solvers.reference.solve import search
 
     known = weights.time.tobytes(), weights.encounter.tobytes()
-    return search(_compiled(game, tuple(movers), *known), given, solver, clock)
+    return search(_compiled(game, tuple(movers), *known), given, solver, budget)
 
 
 @lru_cache(maxsize=128)

@@ -10,7 +10,7 @@ from solvers.solution import Status
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Status, bound and plans; ``profile`` is complete, the given agents' plans included."""
 
     status: Status

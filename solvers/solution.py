@@ -19,10 +19,10 @@ class Status(StrEnum):
     EQUILIBRIUM = "equilibrium"
     FEASIBLE = "feasible"
     CYCLE = "cycle"
-    LIMIT = "limit"
+    NOT_CONVERGED = "limit"
     INFEASIBLE = "infeasible"
     UNREACHABLE = "unreachable"
-    TIME_LIMIT = "time_limit"
+    NO_INCUMBENT = "time_limit"
     ERROR = "error"
 
 
@@ -32,12 +32,12 @@ ADVICE = {
     Status.FEASIBLE: "the time limit ended the search with a plan in hand; raise the time limit, "
     "or shorten the horizon, to close the gap",
     Status.CYCLE: "the updates repeat themselves; update one agent at a time",
-    Status.LIMIT: "the limit on rounds or time came before the equilibrium; raise it, or start "
-    "from another profile",
+    Status.NOT_CONVERGED: "the limit on rounds or time came before the equilibrium; raise it, or "
+    "start from another profile",
     Status.INFEASIBLE: "no plan avoids every overlap of means; lengthen the horizon, move a start, "
     "or make the bodies smaller",
     Status.UNREACHABLE: "a goal is out of reach; lengthen the horizon, or raise the speed",
-    Status.TIME_LIMIT: "the time limit (or that on nodes) came before the first plan; "
+    Status.NO_INCUMBENT: "the time limit (or that on nodes) came before the first plan; "
     "raise it, or cut the horizon",
     Status.ERROR: "the back end failed; try another solver",
 }

@@ -93,7 +93,7 @@ def compare(
     """Compare players in one game: arrival, cost, safety, and crashes from simulation."""
     from benchmarks.comparison.compare import compare as run
     from benchmarks.comparison.compare import comparison_report
-    from benchmarks.comparison.players import ARENAS, Limits, chosen_players
+    from benchmarks.comparison.players import ARENAS, PlannerOptions, chosen_players
     from benchmarks.comparison.report import game_name
     from benchmarks.output_paths import own_folder, target
     from ppg_env.errors import require
@@ -104,7 +104,7 @@ def compare(
     require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
     names, arena = chosen_players(players, arena)
     made = make_game(game, **overrides)
-    limits = Limits(check_solver(solver), time_limit, seed)
+    limits = PlannerOptions(check_solver(solver), time_limit, seed)
     wanted = out is not None or not as_json
     picture = target(f"compare-{game_name(made)}", ".png", out) if wanted else None
     with working(f"comparing in {game}") as status:

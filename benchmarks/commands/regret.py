@@ -29,7 +29,8 @@ def regret(
         int, typer.Option(min=0, help="Steps to train each deviation; 0: the planner's alone.")
     ] = 500_000,
     episodes: Annotated[
-        int, typer.Option(min=100, help="Episodes to choose a deviation in, and to judge it.")
+        int,
+        typer.Option(min=100, help="Episodes to choose a deviation in, and to evaluate it."),
     ] = 50_000,
     solver: SolverOption = "ENGINE",
     time_limit: TimeLimitOption = 60.0,
@@ -39,7 +40,7 @@ def regret(
     """Lower bounds on regret: what each agent gains by the best deviation that is found."""
     from baselines.regret import regret_bounds
     from baselines.train import require_extra
-    from benchmarks.comparison.players import Limits, chosen_players, contender
+    from benchmarks.comparison.players import PlannerOptions, chosen_players, entrant
     from benchmarks.comparison.report import game_name
     from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
@@ -49,10 +50,10 @@ def regret(
     require(not others, "--player", "has several names", "ask for one")
     if steps:
         require_extra()
-    limits = Limits(check_solver(solver), time_limit, seed)
+    limits = PlannerOptions(check_solver(solver), time_limit, seed)
     made = make_game(game, **overrides)
     with working(f"regret of {name} in {game}") as status:
-        one = contender(name, made, limits)
+        one = entrant(name, made, limits)
         if not one.policies(made, limits):
             no_solution(one.solution.advice if one.solution else "there is nothing to play")
         require(run < one.runs, "--run", f"is {run} of {one.runs}", "count runs from 0")

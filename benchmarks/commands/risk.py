@@ -18,7 +18,7 @@ from benchmarks.options import (
 from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
-    from benchmarks.comparison.players import Limits
+    from benchmarks.comparison.players import PlannerOptions
     from benchmarks.crash_risk.analytic import Question
 
 METHODS = {
@@ -75,7 +75,7 @@ def risk(
     from dataclasses import replace
     from importlib import import_module
 
-    from benchmarks.comparison.players import ARENAS, Limits
+    from benchmarks.comparison.players import ARENAS, PlannerOptions
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.game.evaluation import evaluate
@@ -87,12 +87,12 @@ def risk(
     simulated = method in ("mc", "rare")
     for option, given in (("--arena", arena), ("--swept", swept), ("--against", against)):
         require(simulated or not given, option, "is for simulation", "add --method mc")
-    limits = Limits(check_solver(solver), time_limit, seed)
+    limits = PlannerOptions(check_solver(solver), time_limit, seed)
     with working(f"{method} of {subject}") as status:
         asked = _question(subject, player, overrides, arena, limits)
-        complaints: tuple[str, ...] = ()
+        violations: tuple[str, ...] = ()
         if asked.profile is not None:
-            complaints = evaluate(asked.game, asked.profile).complaints()
+            violations = evaluate(asked.game, asked.profile).violations()
         done, begun = 0, monotonic()
 
         def tell(count: int) -> None:
@@ -110,18 +110,18 @@ def risk(
         )
         found = getattr(import_module(METHODS[method]), method)(asked)
         seconds = monotonic() - begun
-    if complaints:
-        typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(complaints)}.", err=True)
+    if violations:
+        typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(violations)}.", err=True)
     if as_json:
         print_json(
             {
                 "agents": [vars(chance) for chance in found.agents],
                 "any": vars(found.any),
                 "method": method,
-                "player": None if asked.contender is None else asked.contender.name,
+                "player": None if asked.entrant is None else asked.entrant.name,
                 "samples": found.samples,
                 "seconds": seconds,
-                "complaints": complaints,
+                "complaints": violations,
                 "details": found.details,
             }
         )
@@ -140,10 +140,14 @@ def risk(
 
 
 def _question(
-    subject: str, player: str | None, overrides: dict[str, Any], arena: str | None, limits: Limits
+    subject: str,
+    player: str | None,
+    overrides: dict[str, Any],
+    arena: str | None,
+    limits: PlannerOptions,
 ) -> Question:
     """A plan file has its game and its plans; in a game, planners plan first."""
-    from benchmarks.comparison.players import RECEDING, chosen_players, contender
+    from benchmarks.comparison.players import RECEDING, chosen_players, entrant
     from benchmarks.crash_risk.analytic import Question
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
@@ -158,7 +162,7 @@ def _question(
     names, arena = chosen_players("nash" if player is None else player, arena, "--player")
     require(len(names) == 1, "--player", "has several names", "name one")
     made = make_game(subject, **overrides)
-    who = contender(names[0], made, limits)
+    who = entrant(names[0], made, limits)
     if who.solution is None:
         return Question(made, None, who, limits, arena)
     if who.solution.profile is None:

@@ -134,7 +134,7 @@ def _best_response(
     solver: str,
     time_limit: float | None,
 ) -> Solution:
-    from benchmarks.comparison.players import PLANNERS, Limits
+    from benchmarks.comparison.players import PLANNERS, PlannerOptions
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from solvers.equilibrium.best_response import best_response, check_agent
@@ -145,7 +145,7 @@ def _best_response(
         same = len(other.agents) == len(game.agents) and other.horizon == game.horizon
         require(same, "--against", "is a plan of another game", "give a plan of this one")
     else:
-        straight = PLANNERS["straight"](game, Limits())
+        straight = PLANNERS["straight"](game, PlannerOptions())
         if straight.profile is None:
             return straight
         profile = straight.profile

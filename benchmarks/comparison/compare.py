@@ -19,8 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluate_runs import OF_A_LEVEL, Judged, judge, judge_rare, over_runs
-from benchmarks.comparison.players import RECEDING, Contender, Limits, contender
+from baselines.evaluate_runs import (
+    OF_A_LEVEL,
+    RunStatistics,
+    evaluate_rare_runs,
+    evaluate_runs,
+    over_runs,
+)
+from benchmarks.comparison.players import RECEDING, Entrant, PlannerOptions, entrant
 from benchmarks.comparison.report import evaluation_report, game_name
 from ppg_env.env.episodes import trajectories
 from ppg_env.env.players import information, track
@@ -74,18 +80,18 @@ class Played:
 class Row:
     """One player and its simulation; ``played`` is None where there is no plan."""
 
-    contender: Contender
+    entrant: Entrant
     played: Played | None
 
     @property
     def player(self) -> str:
         """Its name."""
-        return self.contender.name
+        return self.entrant.name
 
     @property
     def solution(self) -> Solution | None:
         """Its plans; None for learners."""
-        return self.contender.solution
+        return self.entrant.solution
 
     @property
     def profile(self) -> Profile | None:
@@ -97,7 +103,7 @@ def compare(
     game: Game,
     players: Sequence[str],
     episodes: int,
-    limits: Limits,
+    limits: PlannerOptions,
     *,
     arena: str = "schedule",
     workers: int = 1,
@@ -109,13 +115,13 @@ def compare(
     In ``env`` the episodes are shared out among the runs of the learners, or into as many
     ``groups`` if those are more.
     """
-    contenders = []
+    entrants = []
     for player in players:
         progress(player)
-        contenders.append(contender(player, game, limits))
-    groups = max(groups, *(one.runs for one in contenders))
+        entrants.append(entrant(player, game, limits))
+    groups = max(groups, *(one.runs for one in entrants))
     rows = []
-    for one in contenders:
+    for one in entrants:
         progress(one.name)
         played = None
         if arena == "schedule":
@@ -124,12 +130,12 @@ def compare(
                 played = _on_schedule(game, profile, episodes, limits.seed, workers)
         elif runs := one.policies(game, limits):
             count = groups if one.runs == 1 else one.runs
-            judged = judge(game, runs, episodes, limits.seed, groups=count)
+            judged = evaluate_runs(game, runs, episodes, limits.seed, groups=count)
             paths = trajectories(game, runs[0], min(PATHS, episodes), limits.seed)
             played = _in_environment(judged, one.runs, information(runs[0]), paths)
             if judged.summary.crash_any.hits < FEW and one.name != RECEDING:
                 amount = min(episodes, OF_A_LEVEL)
-                found = judge_rare(game, runs, amount, limits.seed)
+                found = evaluate_rare_runs(game, runs, amount, limits.seed)
                 played = replace(
                     played, crash=tuple(found.agents), crash_any=found.any, method="rare"
                 )
@@ -137,7 +143,7 @@ def compare(
     return rows
 
 
-def _in_environment(judged: Judged, runs: int, seen: str, paths: np.ndarray) -> Played:
+def _in_environment(judged: RunStatistics, runs: int, seen: str, paths: np.ndarray) -> Played:
     found = judged.summary
     spread = None
     if runs > 1:

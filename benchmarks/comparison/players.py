@@ -18,7 +18,7 @@ from solvers.solution import Solution, Status
 
 
 @dataclass(frozen=True)
-class Limits:
+class PlannerOptions:
     """What a player may use, and how it goes about it.
 
     Attributes
@@ -45,7 +45,7 @@ class Limits:
         return {"solver": self.solver, "time_limit": self.time_limit, "seed": self.seed}
 
 
-def nash(game: Game, limits: Limits) -> Solution:
+def nash(game: Game, limits: PlannerOptions) -> Solution:
     """Equilibrium found by best-response dynamics."""
     from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 
@@ -58,7 +58,7 @@ def nash(game: Game, limits: Limits) -> Solution:
     )
 
 
-def potential(game: Game, limits: Limits) -> Solution:
+def potential(game: Game, limits: PlannerOptions) -> Solution:
     """Equilibrium that minimises the potential."""
     from solvers.optimum.joint import potential_equilibrium
 
@@ -69,7 +69,7 @@ def potential(game: Game, limits: Limits) -> Solution:
     )
 
 
-def social(game: Game, limits: Limits) -> Solution:
+def social(game: Game, limits: PlannerOptions) -> Solution:
     """Optimum of the sum of all costs."""
     from solvers.optimum.joint import social_optimum
 
@@ -80,7 +80,7 @@ def social(game: Game, limits: Limits) -> Solution:
     )
 
 
-def straight(game: Game, _limits: Limits) -> Solution:
+def straight(game: Game, _limits: PlannerOptions) -> Solution:
     """Everybody heads for its goal as if alone; means may overlap."""
     from solvers.equilibrium.best_response import unreachable_advice
 
@@ -90,12 +90,12 @@ def straight(game: Game, _limits: Limits) -> Solution:
         advice = unreachable_advice(game, tuple(range(len(plans))))
         return Solution(game, "straight", Status.UNREACHABLE, advice)
     judged = evaluate(game, profile)
-    advice = "; ".join(judged.complaints()) or "free of overlap"
+    advice = "; ".join(judged.violations()) or "free of overlap"
     status = Status.FEASIBLE if judged.feasible else Status.INFEASIBLE
     return Solution(game, "straight", status, advice, profile, judged)
 
 
-PLANNERS: dict[str, Callable[[Game, Limits], Solution]] = {
+PLANNERS: dict[str, Callable[[Game, PlannerOptions], Solution]] = {
     "nash": nash,
     "potential": potential,
     "social": social,
@@ -114,7 +114,7 @@ FILE = ".npz"
 
 
 @dataclass(frozen=True)
-class Contender:
+class Entrant:
     """A player by name, ready to play.
 
     Attributes
@@ -133,7 +133,7 @@ class Contender:
         """Independent trainings; one for planners."""
         return 1 if self.learned is None else len(self.learned.runs)
 
-    def policies(self, game: Game, limits: Limits) -> list[Sequence[Player]]:
+    def policies(self, game: Game, limits: PlannerOptions) -> list[Sequence[Player]]:
         """Who plays each agent in the environment, for each run; empty without a plan."""
         if self.learned is not None:
             return [self.learned.players(game, run) for run in range(self.runs)]
@@ -146,7 +146,7 @@ class Contender:
         return [track(game, self.solution.profile)]
 
 
-def contender(name: str, game: Game, limits: Limits) -> Contender:
+def entrant(name: str, game: Game, limits: PlannerOptions) -> Entrant:
     """Let a planner plan, or load a learner."""
     if name.endswith(FILE):
         from baselines.policy_file import read_learned
@@ -154,13 +154,13 @@ def contender(name: str, game: Game, limits: Limits) -> Contender:
         learned = read_learned(name)
         if not learned.fits(game):
             warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)
-        return Contender(name, learned=learned)
+        return Entrant(name, learned=learned)
     if name in PRETRAINED:
         from baselines.pretrained import find_pretrained
 
-        return Contender(name, learned=find_pretrained(name, game))
+        return Entrant(name, learned=find_pretrained(name, game))
     plan = PLANNERS["nash" if name == RECEDING else name]
-    return Contender(name, plan(game, limits))
+    return Entrant(name, plan(game, limits))
 
 
 def known_players() -> list[str]:

@@ -61,5 +61,5 @@ def evaluation_report(found: Evaluation) -> dict[str, Any]:
         "deficit": found.deficit,
         "risk_bound": found.risk_bound if exact else None,
         "risk_bound_any": found.risk_bound_any if exact else None,
-        "complaints": list(found.complaints()),
+        "complaints": list(found.violations()),
     }

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.players import Contender, Limits
+from benchmarks.comparison.players import Entrant, PlannerOptions
 from ppg_env.errors import InputError
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
@@ -34,7 +34,7 @@ class Question:
     Attributes
     ----------
     profile : the plans that are played on schedule; None for players without plans.
-    contender : who plays in the environment; None for a plan file.
+    entrant : who plays in the environment; None for a plan file.
     limits : a solver for players that plan on the way, and the seed.
     arena : ``schedule`` or ``env``, for methods that simulate.
     against : another game and profile that the crashes are compared with.
@@ -45,8 +45,8 @@ class Question:
 
     game: Game
     profile: Profile | None
-    contender: Contender | None = None
-    limits: Limits = field(default_factory=Limits)
+    entrant: Entrant | None = None
+    limits: PlannerOptions = field(default_factory=PlannerOptions)
     arena: str = "schedule"
     against: tuple[Game, Profile] | None = None
     swept: bool = False
@@ -137,7 +137,7 @@ def _bounds(question: Question) -> RiskBounds:
     from ppg_env.risk.union_bounds import risk_bounds
 
     if question.profile is None:
-        name = "this player" if question.contender is None else question.contender.name
+        name = "this player" if question.entrant is None else question.entrant.name
         raise InputError(
             "--player", f"is {name}, which has no plan to compute with", "use --method mc"
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from baselines.evaluate_runs import OF_A_LEVEL, judge, judge_rare
+from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
 from benchmarks.comparison.players import RECEDING
 from benchmarks.crash_risk.analytic import Answer, Chance, Question, parties
 from ppg_env.env.players import Player, track
@@ -31,7 +31,7 @@ def mc(question: Question) -> Answer:
     _check(question)
     game, samples = question.game, question.episodes or PLAIN
     if question.arena == "env":
-        found = judge(game, _runs(question), samples, question.limits.seed).summary
+        found = evaluate_runs(game, _runs(question), samples, question.limits.seed).summary
         promise, details = f"{samples:,} episodes in the environment", {"arena": "env"}
         return _answer(promise, found.crash, found.crash_any, samples, details)
     assert question.profile is not None
@@ -61,12 +61,14 @@ def rare(question: Question) -> Answer:
     game, seed = question.game, question.limits.seed
     require(question.against is None, "--against", "is for counting", "add --method mc")
     if question.arena == "env":
-        if question.contender is not None and question.contender.name == RECEDING:
+        if question.entrant is not None and question.entrant.name == RECEDING:
             raise InputError(
                 "--player", "is receding, which plans too slowly to be split", "add --method mc"
             )
         episodes = question.episodes or OF_A_LEVEL
-        found = judge_rare(game, _runs(question), episodes, seed, progress=question.progress)
+        found = evaluate_rare_runs(
+            game, _runs(question), episodes, seed, progress=question.progress
+        )
         promise = f"{found.samples:,} episodes in the environment, split by levels"
     else:
         assert question.profile is not None
@@ -109,8 +111,8 @@ def _check(question: Question) -> None:
 
 def _runs(question: Question) -> Sequence[Sequence[Player]]:
     """Who plays in the environment, for each training."""
-    if question.contender is not None:
-        return question.contender.policies(question.game, question.limits)
+    if question.entrant is not None:
+        return question.entrant.policies(question.game, question.limits)
     assert question.profile is not None
     return [track(question.game, question.profile)]
 

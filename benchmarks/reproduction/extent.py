@@ -29,7 +29,7 @@ LAMS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 SOCIAL = "social"
 POTENTIAL = "potential"
 BEST_RESPONSE = "best response"
-"""As the paper has it: from straight flight, everybody in turn."""
+"""As the paper has it: from straight model, everybody in turn."""
 
 DYNAMICS = {
     BEST_RESPONSE: ("straight", False),

@@ -61,7 +61,7 @@ def reproduce(
     jobs: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> Reproduction:
-    """Run the cells that ``store`` lacks, and judge the claims by all of them.
+    """Run the cells that ``store`` lacks, and judge_claims the claims by all of them.
 
     ``progress`` is called with numbers of cells, as by :func:`benchmarks.sweeps.sweep`.
     """
@@ -72,10 +72,10 @@ def reproduce(
     for place, solutions in asked.items():
         found = {name: [next(rows) for _ in mine] for name, mine in solutions.items()}
         panels[place] = make_panel(place, extent.lams, found)
-    return Reproduction(extent, panels, judge(panels))
+    return Reproduction(extent, panels, judge_claims(panels))
 
 
-def judge(panels: dict[Place, Panel]) -> list[Finding]:
+def judge_claims(panels: dict[Place, Panel]) -> list[Finding]:
     """Every claim with its cases and verdict."""
     findings = []
     for claim in CLAIMS:

@@ -15,9 +15,9 @@ from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from ppg_env.scenarios.make import make_game
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, minimise
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import Status
 
 PAIRS = ("opposing", "head_on", "parallel", "intersection")
@@ -54,7 +54,7 @@ def _best_responses(quick: bool) -> Iterator[Measurement]:
             for _ in range(2):  # the first one compiles
                 begun = perf_counter()
                 weights = objective.selfish(game, 0)
-                minimise(game, (0,), weights, straight, solver, Clock(None))
+                minimise(game, (0,), weights, straight, solver, Budget(None))
             times.append(perf_counter() - begun)
     ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
     milliseconds = 1e3 * median(spent[ENGINE])
@@ -77,10 +77,10 @@ def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Meas
         yield Measurement(f"{label}: {solver} / engine{cut}", longer / seconds, wanted, True)
 
 
-def _social(game: Game, solver: str) -> tuple[Found, float]:
+def _social(game: Game, solver: str) -> tuple[SearchResult, float]:
     everybody, weights = range(len(game.agents)), objective.social(game)
     begun = perf_counter()
-    found = minimise(game, everybody, weights, None, solver, Clock(PATIENCE))
+    found = minimise(game, everybody, weights, None, solver, Budget(PATIENCE))
     return found, perf_counter() - begun
 
 

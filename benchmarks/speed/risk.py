@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from baselines.evaluate_runs import OF_A_LEVEL, judge_rare
+from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs
 from benchmarks.speed.environment import on_one_core
 from benchmarks.speed.measurement import Measurement
 from ppg_env.env.players import track
@@ -81,7 +81,7 @@ def _splitting(episodes: int, seed: int) -> Iterator[Measurement]:
         game = side_by_side(Polytope.box([15.0] * 2), noise)
         players = [track(game, straight(game))]
         begun = perf_counter()
-        found = judge_rare(game, players, episodes, seed)
+        found = evaluate_rare_runs(game, players, episodes, seed)
         seconds, what = perf_counter() - begun, f"splitting at {size}, {found.samples:,} episodes"
         yield Measurement(f"{what}: std. error, %", _error(found), 0, True)
         yield Measurement(f"{what}: s", seconds, 0, True)

@@ -1,9 +1,10 @@
 """The equilibrium atlas: which equilibria a game has, and how much of the starts each draws in.
 
-Selfish best-response dynamics run from both first profiles (straight flight; one after the other),
+Selfish best-response dynamics run from both first profiles (straight model; one after the other),
 in every order of up to three agents and six orders of more, and in orders that are drawn anew for
 every round.  Equilibria are of
-one *kind* if the same agents pass each other on the same sides (:mod:`solvers.equilibrium.enumeration`); those
+one *kind* if the same agents pass each other on the same sides
+(:mod:`solvers.equilibrium.enumeration`); those
 of one kind may still differ in their costs.  The share of the runs that end in a kind is its basin.
 """
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from baselines.evaluate_runs import Judged, judge, over_runs
+from baselines.evaluate_runs import RunStatistics, evaluate_runs, over_runs
 from baselines.pretrained import find_pretrained
 from benchmarks.studies.results import Row, by_speed, probability
 from benchmarks.studies.study import PAPER, SPEEDS, Choice, Study, Table
@@ -86,7 +86,9 @@ def run_cell(cell: Cell, episodes: int, seed: int) -> Row:
             return row | {"reason": f"{name}: {solution.advice}"}
         row[f"{name}_status"] = str(solution.status)
         sides[name] = [track(game, solution.profile)]
-    judged = {name: judge(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS}
+    judged = {
+        name: evaluate_runs(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS
+    }
     return row | {
         "players": {name: _figures(judged[name]) for name in PLAYERS},
         "paired": {
@@ -104,7 +106,7 @@ def _plan(name: str, game: Game) -> Any:
     return planner(game, time_limit=TIME_LIMIT)
 
 
-def _figures(judged: Judged) -> dict[str, Any]:
+def _figures(judged: RunStatistics) -> dict[str, Any]:
     return {
         "cost": vars(over_runs(judged.costs, 0.0)),
         "crash": vars(_crash(judged)),
@@ -112,13 +114,13 @@ def _figures(judged: Judged) -> dict[str, Any]:
     }
 
 
-def _crash(judged: Judged) -> Interval:
+def _crash(judged: RunStatistics) -> Interval:
     """Over the groups; where no crash was seen, up to the 97.5 % limit of all episodes."""
     found, seen = over_runs(judged.crashes, 0.0, 1.0), judged.summary.crash_any
     return found if seen.hits else Interval(0.0, 0.0, seen.high)
 
 
-def _price(selfish: Judged, social: Judged) -> dict[str, Any]:
+def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
     count = len(selfish.groups[0].cost) + 0.5
     logs = [np.log(one.crashes + 0.5 / count) for one in (selfish, social)]
     return {

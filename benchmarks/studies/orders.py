@@ -67,7 +67,7 @@ class Game:
 def games(rows: Sequence[Row]) -> list[Game]:
     """Games, each with its plans; of plans that are the same, the first stands for all.
 
-    Left out are plans whose means overlap, such as most straight flights: no planner may choose
+    Left out are plans whose means overlap, such as most straight models: no planner may choose
     them.
     """
     found = []

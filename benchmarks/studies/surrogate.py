@@ -8,7 +8,7 @@ All plans for one game (a scenario, a speed set, a gain) are judged by it, at se
 by the union bound that the objective ``risk`` minimises, sum of g(s) over pairs and times.  The
 judge is Pr(anybody crashes), simulated.
 
-Plans come from every player, objective, M' and lam; straight flight is one where it is free of
+Plans come from every player, objective, M' and lam; straight model is one where it is free of
 overlap.  How scores are held against the judge is told in :mod:`benchmarks.studies.orders`.
 """
 
@@ -48,7 +48,7 @@ SCORES = (*(f"deficit, M' = {cap:g}" for cap in CAPS), "union bound")
 
 
 def cells(choice: Choice) -> list[sweeps.Cell]:
-    """Every planner with every objective, M' and lam; and flight straight ahead, once."""
+    """Every planner with every objective, M' and lam; and model straight ahead, once."""
     found = []
     for speed, scenario, gain in product(choice.speeds, choice.scenarios, GAINS):
         game = {"speed": speed, "gain": gain}

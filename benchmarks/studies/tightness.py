@@ -78,14 +78,14 @@ def cells(choice: Choice) -> list[Cell]:
 
 def run_cell(cell: Cell, episodes: int, seed: int) -> Row:
     """Plan, bound and count; a row without ``bounds`` has the ``reason`` why there is no plan."""
-    from benchmarks.comparison.players import PLANNERS, Limits
+    from benchmarks.comparison.players import PLANNERS, PlannerOptions
     from ppg_env.risk.monte_carlo import crash_counts
     from ppg_env.risk.union_bounds import risk_bounds
     from ppg_env.support.statistics import proportion
 
     game = cell.game()
     row: Row = vars(cell) | {"episodes": episodes, "seed": seed}
-    solution = PLANNERS[cell.player](game, Limits(time_limit=TIME_LIMIT))
+    solution = PLANNERS[cell.player](game, PlannerOptions(time_limit=TIME_LIMIT))
     if solution.profile is None:
         return row | {"reason": solution.advice}
     found = risk_bounds(game, solution.profile)

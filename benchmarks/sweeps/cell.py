@@ -20,7 +20,7 @@ from typing import Any
 
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
-from benchmarks.comparison.players import ARENAS, FILE, Limits, chosen_players
+from benchmarks.comparison.players import ARENAS, FILE, PlannerOptions, chosen_players
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
@@ -100,9 +100,9 @@ class Cell:
         return _scenario(self.scenario, fields)
 
     @property
-    def limits(self) -> Limits:
+    def limits(self) -> PlannerOptions:
         """What the player may use."""
-        return Limits(
+        return PlannerOptions(
             self.solver,
             self.time_limit,
             self.seed,

@@ -56,7 +56,7 @@ def _result(row: Row) -> tuple[str, ...]:
         return (row.status, "", "", "", "")
     played = row.played_arrival or []
     shown = times(row.arrival) if row.arrival and row.arena == "schedule" else _means(played)
-    overlap = bool(row.complaints)
+    overlap = bool(row.violations)
     return (
         "overlap" if overlap else row.status,
         shown,

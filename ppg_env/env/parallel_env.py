@@ -83,8 +83,8 @@ class PathPlanningEnv(ParallelEnv):
         ``rgb_array``, ``human`` or None.
     **options
         Rules of play (``arrival``, ``on_goal``, ``on_crash``, ``reward``, ``sharing``,
-        ``saturation``, ``tolerance``, ``schedule``, ``max_cycles``; see :mod:`ppg_env.env.rules`) and
-        fields of the game (``speed``, ``lam``, ``noise``, ...).
+        ``saturation``, ``tolerance``, ``schedule``, ``max_cycles``; see :mod:`ppg_env.env.rules`)
+        and fields of the game (``speed``, ``lam``, ``noise``, ...).
 
     Raises
     ------

@@ -57,7 +57,7 @@ class Player(Protocol):
 class Tracker:
     """Plays a plan: ubar_t - gain (x - xbar_t); once the plan has run out, it homes.
 
-    Homing plays the least-effort step towards the goal, as :class:`Homing` does.
+    GoToGoal plays the least-effort step towards the goal, as :class:`GoToGoal` does.
     """
 
     def __init__(self, game: Game, agent: int, plan: Plan) -> None:
@@ -72,7 +72,7 @@ class Tracker:
         self._agent, self._mover = agent, mover
         self._end = game.horizon if plan.arrival is None else plan.arrival
         self._controls, self._means = plan.controls, plan.means
-        self._homing = Homing(game, agent)
+        self._homing = GoToGoal(game, agent)
 
     def act(self, view: View) -> np.ndarray:
         """Nominal control corrected by the gain, or a step home after the plan's arrival."""
@@ -85,7 +85,7 @@ class Tracker:
         return action
 
 
-class Homing:
+class GoToGoal:
     """Heads straight for the goal from wherever it is, and ignores everybody.
 
     It plays the first control of the least-effort plan that reaches the goal in k steps, with the
@@ -124,7 +124,8 @@ def straight_players(game: Game) -> list[Player]:
     """Everybody tracks its straight plan; those without one home."""
     plans = [straight_plan(agent, game.horizon) for agent in game.agents]
     return [
-        Homing(game, i) if plan is None else Tracker(game, i, plan) for i, plan in enumerate(plans)
+        GoToGoal(game, i) if plan is None else Tracker(game, i, plan)
+        for i, plan in enumerate(plans)
     ]
 
 

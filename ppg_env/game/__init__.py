@@ -1,1 +1,5 @@
 """The game as data, and every rule about it: plans, dynamics, margins, costs, evaluation."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

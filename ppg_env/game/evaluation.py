@@ -82,9 +82,9 @@ class Evaluation:
     @property
     def feasible(self) -> bool:
         """Whether every residual is within tolerance."""
-        return not self.complaints()
+        return not self.violations()
 
-    def complaints(self, agents: Iterable[int] | None = None) -> tuple[str, ...]:
+    def violations(self, agents: Iterable[int] | None = None) -> tuple[str, ...]:
         """One sentence for each violated constraint that involves ``agents`` (all by default)."""
         chosen = set(range(len(self.arrival)) if agents is None else agents)
         names, found = self.game.agent_names, []

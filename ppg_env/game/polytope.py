@@ -24,7 +24,7 @@ from ppg_env.support.frozen import Record, frozen_array
 from ppg_env.support.validation import numbers
 
 MOST_SIDES, MOST_AXES = 360, 10
-"""Limits on regular polygons and L1 balls: beyond them faces are too many to plan with."""
+"""PlannerOptions on regular polygons and L1 balls: beyond them faces are too many to plan with."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,5 @@
-"""How likely are crashes: counted, sampled where they are rare, bounded and computed."""
+"""Crash probabilities: counted, sampled where they are rare, bounded and computed exactly."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

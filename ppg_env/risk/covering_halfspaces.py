@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.risk.crash_events import Flight
+from ppg_env.risk.crash_events import CrashModel
 
 SLACK = 1e-9
 """Length by which half-spaces are moved outwards: rounding must not leave a crash uncovered."""
@@ -57,22 +57,22 @@ class HalfSpaces:
     responses: np.ndarray
 
 
-def cover(flight: Flight) -> HalfSpaces:
-    """Half-spaces of positive probability that contain every crash of ``flight``."""
-    found = [h for h in _cover(flight) if h.tail > 0]
-    d, n = flight.streams.dim, flight.streams.loops.shape[1]
-    covariances = flight.streams.covariances(flight.steps)
-    responses = [_responses(flight, covariances, h) for h in found]
+def cover(model: CrashModel) -> HalfSpaces:
+    """Half-spaces of positive probability that contain every crash of ``model``."""
+    found = [h for h in _cover(model) if h.tail > 0]
+    d, n = model.processes.dim, model.processes.loops.shape[1]
+    covariances = model.processes.covariances(model.steps)
+    responses = [_responses(model, covariances, h) for h in found]
     encounter = np.array([h.encounter for h in found], dtype=np.int64)
     return HalfSpaces(
         encounter=encounter,
         times=np.array([h.time for h in found], dtype=np.int64),
-        parties=flight.streams.parties[encounter],
+        parties=model.processes.parties[encounter],
         normals=np.array([h.normal for h in found]).reshape(-1, d),
         offsets=np.array([h.offset for h in found]),
         deviations=np.array([h.deviation for h in found]),
         tails=np.array([h.tail for h in found]),
-        responses=np.array(responses).reshape(len(found), flight.steps + 1, 2, n),
+        responses=np.array(responses).reshape(len(found), model.steps + 1, 2, n),
     )
 
 
@@ -86,19 +86,19 @@ class _HalfSpace:
     tail: float
 
 
-def _cover(flight: Flight) -> Iterator[_HalfSpace]:
-    covariances, d = flight.streams.covariances(flight.steps), flight.streams.dim
-    for e, parties in enumerate(flight.streams.parties):
+def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
+    covariances, d = model.processes.covariances(model.steps), model.processes.dim
+    for e, parties in enumerate(model.processes.parties):
         total = covariances[:, parties[parties >= 0], :d, :d].sum(axis=1)
-        normals, depths = flight.faces(e)
-        rooms = depths - flight.nominal[e] @ normals.T  # (H+1, F), for deviations
-        last = min(int(flight.until[e]), flight.game.horizon + 1)
-        if not flight.swept:
+        normals, depths = model.faces(e)
+        rooms = depths - model.nominal[e] @ normals.T  # (H+1, F), for deviations
+        last = min(int(model.until[e]), model.game.horizon + 1)
+        if not model.swept:
             for t in range(last):
                 weights = _nearest(normals, rooms[t], total[t])
                 yield _half_space(e, t, weights, normals, rooms[t], total[t])
             continue
-        for t in range(1, min(last, flight.game.horizon) + 1):
+        for t in range(1, min(last, model.game.horizon) + 1):
             ends = (t - 1, t)
             between = [
                 _nearest(normals, *((1 - s) * x[t - 1] + s * x[t] for x in (rooms, total)))
@@ -146,15 +146,15 @@ def _half_space(
     return _HalfSpace(encounter, time, 0 * normal, np.inf, 1.0, float(sure))
 
 
-def _responses(flight: Flight, covariances: np.ndarray, half: _HalfSpace) -> np.ndarray:
+def _responses(model: CrashModel, covariances: np.ndarray, half: _HalfSpace) -> np.ndarray:
     """(T+1, 2, n) covariances of both processes with the half-space's standard normal."""
-    T, (_, n, _) = flight.steps, flight.streams.loops.shape
+    T, (_, n, _) = model.steps, model.processes.loops.shape
     result, direction = np.zeros((T + 1, 2, n)), np.zeros(n)
     direction[: half.normal.size] = half.normal / half.deviation
-    for side, s in enumerate(flight.streams.parties[half.encounter]):
+    for side, s in enumerate(model.processes.parties[half.encounter]):
         if s < 0:
             continue
-        loop, sign = flight.streams.loops[s], (1.0, -1.0)[side]
+        loop, sign = model.processes.loops[s], (1.0, -1.0)[side]
         ahead = direction
         for t in range(half.time, -1, -1):  # Cov(e_t, e_time) = Sigma_t (F^(time - t))'
             result[t, side] = sign * covariances[t, s] @ ahead

@@ -10,11 +10,11 @@ from ppg_env import tolerances as tol
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
-from ppg_env.risk.error_process import Streams
+from ppg_env.risk.error_process import ErrorProcesses
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class OverlapRecord:
     """What a block of episodes showed; N agents, E encounters, times 0..H, B episodes.
 
     Attributes
@@ -34,12 +34,12 @@ class Sightings:
 
 
 @dataclass(frozen=True, eq=False)
-class Flight:
+class CrashModel:
     """A profile of ``game`` on its schedule, in the form that the compiled loops read.
 
     Attributes
     ----------
-    streams : the deviations that it is laid over.
+    processes : the deviations that it is laid over.
     until : (E,) time at which each encounter leaves traffic.
     nominal : (E, H+1, d) mean displacements.
     normals, depths : faces of all collision sets, those of encounter e from ``first_face[e]`` on;
@@ -48,7 +48,7 @@ class Flight:
     """
 
     game: Game
-    streams: Streams
+    processes: ErrorProcesses
     until: np.ndarray
     nominal: np.ndarray
     normals: np.ndarray
@@ -66,29 +66,31 @@ class Flight:
         rows = slice(*self.first_face[encounter : encounter + 2])
         return self.normals[rows], self.depths[rows]
 
-    def watch(self, errors: np.ndarray, episodes: int) -> Sightings:
+    def watch(self, errors: np.ndarray, episodes: int) -> OverlapRecord:
         """Find the overlaps in the first ``episodes`` of a block of deviations."""
         shape, B = (len(self.until), self.game.horizon + 1), errors.shape[-1]
         times, first_times = (np.zeros(shape, dtype=np.int64) for _ in range(2))
         first_any, met = np.zeros(shape[1], dtype=np.int64), np.zeros((shape[0], B), dtype=np.bool_)
         kernel.overlaps(
-            errors, episodes, self.streams.parties, self.until, self.normals, self.depths,
+            errors, episodes, self.processes.parties, self.until, self.normals, self.depths,
             self.first_face, self.nominal, self.swept, times, first_times, first_any, met,
         )  # fmt: skip
         crashed = np.zeros((len(self.game.agents), B), dtype=np.bool_)
         for encounter, overlapped in zip(self.game.encounters, met, strict=True):
             crashed[list(encounter.agents)] |= overlapped
-        return Sightings(times, first_times, first_any, met, crashed)
+        return OverlapRecord(times, first_times, first_any, met, crashed)
 
 
-def make_flight(game: Game, profile: Profile, streams: Streams, *, swept: bool = False) -> Flight:
-    """Lay ``profile`` over the deviations of ``streams``."""
+def make_crash_model(
+    game: Game, profile: Profile, processes: ErrorProcesses, *, swept: bool = False
+) -> CrashModel:
+    """Lay ``profile`` over the deviations of ``processes``."""
     last = [game.horizon + 1 if plan.arrival is None else plan.arrival for plan in profile]
     means, d = [plan.means[:, : game.dim] for plan in profile], game.dim
     met = game.encounters
-    return Flight(
+    return CrashModel(
         game=game,
-        streams=streams,
+        processes=processes,
         until=np.array([min(last[i] for i in e.agents) for e in met], dtype=np.int64),
         nominal=np.array([e.displacement(*(means[i] for i in e.agents)) for e in met]).reshape(
             len(met), game.horizon + 1, d

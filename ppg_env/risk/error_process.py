@@ -22,7 +22,7 @@ from ppg_env.risk.batches import BLOCK, Scratch
 
 
 @dataclass(frozen=True, eq=False)
-class Streams:
+class ErrorProcesses:
     """S processes of n components each, padded with zeros.
 
     Attributes
@@ -67,7 +67,7 @@ class Streams:
         return result
 
 
-def streams(game: Game, *, merge: bool = True) -> Streams:
+def error_processes(game: Game, *, merge: bool = True) -> ErrorProcesses:
     """The processes of ``game``; with ``merge`` two agents are one where that is possible."""
     agents, n = game.agents, max(agent.state_dim for agent in game.agents)
     loops, noise, sigma0 = (np.zeros((len(agents), n, n)) for _ in range(3))
@@ -77,9 +77,11 @@ def streams(game: Game, *, merge: bool = True) -> Streams:
         noise[i, :k, :k], sigma0[i, :k, :k] = agent.noise, agent.sigma0
     if merge and mergeable(game):
         parties, total = np.array([[0, -1]]), (noise.sum(axis=0), sigma0.sum(axis=0))
-        return Streams(loops[:1], total[0][None], total[1][None], parties, game.dim)
+        return ErrorProcesses(loops[:1], total[0][None], total[1][None], parties, game.dim)
     pairs = [(*e.agents, -1)[:2] for e in game.encounters]
-    return Streams(loops, noise, sigma0, np.array(pairs, dtype=np.int64).reshape(-1, 2), game.dim)
+    return ErrorProcesses(
+        loops, noise, sigma0, np.array(pairs, dtype=np.int64).reshape(-1, 2), game.dim
+    )
 
 
 def mergeable(game: Game) -> bool:

@@ -1,6 +1,7 @@
 r"""Crash probabilities of a profile, however small, by sampling episodes with a crash in sight.
 
-Half-spaces H_1..H_C of the noise cover all crashes (:mod:`ppg_env.risk.covering_halfspaces`); Q_c is the
+Half-spaces H_1..H_C of the noise cover all crashes (:mod:`ppg_env.risk.covering_halfspaces`); Q_c
+is the
 probability of H_c, and sum Q_c is at most the paper's union bound.  An episode is drawn *given*
 H_c, c having been drawn with probability w_c: a mixture over encounters, times and faces.  Its
 density relative to that of a plain episode is
@@ -32,8 +33,8 @@ from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
 from ppg_env.risk.batches import BLOCK, check_request, generator, over_blocks
 from ppg_env.risk.covering_halfspaces import HalfSpaces, cover
-from ppg_env.risk.crash_events import Flight, make_flight
-from ppg_env.risk.error_process import streams
+from ppg_env.risk.crash_events import CrashModel, make_crash_model
+from ppg_env.risk.error_process import error_processes
 from ppg_env.support.statistics import RareRisk, weighted
 
 IN_SIGHT = 100_000
@@ -78,8 +79,8 @@ def rare_risk(
         If there is no episode to simulate, or the seed is negative.
     """
     check_request(samples, seed)
-    flight = make_flight(game, profile, streams(game), swept=swept)
-    halves, members = cover(flight), _membership(game)
+    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    halves, members = cover(model), _membership(game)
     within = members[:, halves.encounter]  # (targets, C)
     weights = _weights(halves, within[: len(game.agents)])
     ceilings = np.where(within, halves.tails / weights, 0.0).max(axis=1, initial=0.0)
@@ -88,12 +89,12 @@ def rare_risk(
     unit = float(ceilings.max(initial=0.0))  # Y is summed in units of this: squares underflow
     sums = _Sums(*(np.zeros(len(ceilings)) for _ in range(3)))
     if unit:
-        rates, scratch = unit * weights / halves.tails, flight.streams.scratch(flight.steps)
+        rates, scratch = unit * weights / halves.tails, model.processes.scratch(model.steps)
 
         def block(number: int, episodes: int) -> _Sums:
-            random, starts = generator(seed, number, KEY), bool(flight.streams.sigma0.any())
-            errors = flight.streams.draw(random, scratch(), starts)
-            return _block(flight, halves, weights, rates, errors, random, episodes)
+            random, starts = generator(seed, number, KEY), bool(model.processes.sigma0.any())
+            errors = model.processes.draw(random, scratch(), starts)
+            return _block(model, halves, weights, rates, errors, random, episodes)
 
         for episodes, part in over_blocks(block, samples, workers):
             sums = sums + part
@@ -130,7 +131,7 @@ def _weights(halves: HalfSpaces, within: np.ndarray) -> np.ndarray:
 
 
 def _block(
-    flight: Flight,
+    model: CrashModel,
     halves: HalfSpaces,
     weights: np.ndarray,
     rates: np.ndarray,
@@ -152,16 +153,16 @@ def _block(
     kernel.densities(
         errors, halves.parties, halves.times, halves.normals, halves.offsets, rates, density
     )
-    crashed = _crashed(flight, errors, episodes)
-    if flight.swept:
-        instants = _crashed(replace(flight, swept=False), errors, episodes)
+    crashed = _crashed(model, errors, episodes)
+    if model.swept:
+        instants = _crashed(replace(model, swept=False), errors, episodes)
         crashed = np.vstack([crashed, crashed & ~instants])
     values = np.zeros(crashed.shape)
     np.divide(1.0, density[:episodes], out=values, where=crashed)
     return _Sums(crashed.sum(axis=1), values.sum(axis=1), (values**2).sum(axis=1))
 
 
-def _crashed(flight: Flight, errors: np.ndarray, episodes: int) -> np.ndarray:
+def _crashed(model: CrashModel, errors: np.ndarray, episodes: int) -> np.ndarray:
     """(N + E + 1, episodes) whether each agent, each encounter, anybody crashed."""
-    seen = flight.watch(errors, episodes)
+    seen = model.watch(errors, episodes)
     return np.vstack([seen.crashed, seen.met, seen.met.any(axis=0)])[:, :episodes]

@@ -24,8 +24,8 @@ from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.risk.batches import check_request, generator, over_blocks
-from ppg_env.risk.crash_events import Sightings, make_flight
-from ppg_env.risk.error_process import mergeable, streams
+from ppg_env.risk.crash_events import OverlapRecord, make_crash_model
+from ppg_env.risk.error_process import error_processes, mergeable
 from ppg_env.support.statistics import Estimate, Interval, difference, proportion
 
 
@@ -129,12 +129,12 @@ def crash_counts(
     InputError
         If there is no episode to simulate, or the seed is negative.
     """
-    flight = make_flight(game, profile, streams(game), swept=swept)
-    starts, scratch = bool(flight.streams.sigma0.any()), flight.streams.scratch(flight.steps)
+    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    starts, scratch = bool(model.processes.sigma0.any()), model.processes.scratch(model.steps)
 
     def block(number: int, episodes: int) -> CrashCounts:
-        errors = flight.streams.draw(generator(seed, number), scratch(), starts)
-        return _counts(flight.watch(errors, episodes), episodes)
+        errors = model.processes.draw(generator(seed, number), scratch(), starts)
+        return _counts(model.watch(errors, episodes), episodes)
 
     return _total(block, samples, seed, workers, progress)
 
@@ -169,20 +169,20 @@ def paired_counts(
         "compare plans for the same agents",
     )
     merge = all(mergeable(game) for game in games)
-    flights = [
-        make_flight(game, profile, streams(game, merge=merge), swept=look)
+    models = [
+        make_crash_model(game, profile, error_processes(game, merge=merge), swept=look)
         for (game, profile), look in zip((first, second), swept, strict=True)
     ]
-    starts = any(flight.streams.sigma0.any() for flight in flights)
-    steps, shared = max(flight.steps for flight in flights), games[0] is games[1]
-    rooms = [flight.streams.scratch(steps) for flight in flights]
+    starts = any(model.processes.sigma0.any() for model in models)
+    steps, shared = max(model.steps for model in models), games[0] is games[1]
+    rooms = [model.processes.scratch(steps) for model in models]
 
     def block(number: int, episodes: int) -> PairedCounts:
-        one = flights[0].streams.draw(generator(seed, number), rooms[0](), starts)
+        one = models[0].processes.draw(generator(seed, number), rooms[0](), starts)
         two = one
         if not shared:  # the same normals in other error dynamics
-            two = flights[1].streams.draw(generator(seed, number), rooms[1](), starts)
-        seen = [f.watch(e, episodes) for f, e in zip(flights, (one, two), strict=True)]
+            two = models[1].processes.draw(generator(seed, number), rooms[1](), starts)
+        seen = [f.watch(e, episodes) for f, e in zip(models, (one, two), strict=True)]
         a, b = (np.vstack([s.crashed, s.met.any(axis=0)]) for s in seen)
         counts = [_counts(s, episodes) for s in seen]
         return PairedCounts(counts[0], counts[1], (a & ~b).sum(axis=1), (b & ~a).sum(axis=1))
@@ -190,7 +190,7 @@ def paired_counts(
     return _total(block, samples, seed, workers, progress)
 
 
-def _counts(seen: Sightings, episodes: int) -> CrashCounts:
+def _counts(seen: OverlapRecord, episodes: int) -> CrashCounts:
     return CrashCounts(
         episodes, seen.crashed.sum(axis=1), seen.times, seen.first_times, seen.first_any
     )

@@ -1,14 +1,15 @@
 r"""The exact engine: search over arrival vectors, and over faces where it matters.
 
 With the arrivals T of all movers fixed, time costs are known and the reachable sets are tight, so
-what is left is small (:mod:`solvers.engine.fixed_arrival_lp`).  Vectors are taken in the order of a lower bound,
+what is left is small (:mod:`solvers.engine.fixed_arrival_lp`).  Vectors are taken in the order of
+a lower bound,
 
     L(T) = sum_i tau_i T_i + sum_e omega_e (least loss that the reachable sets allow),
 
-which is replaced by the value of the linear relaxation, lemmas included, once a vector comes up.
+which is replaced by the value of the linear relaxation, cuts included, once a vector comes up.
 The search ends when the next bound reaches the best plans in hand.  For each vector left a tree
-is searched (:mod:`solvers.engine.branch_and_bound`).  The smallest of all bounds is the proof: it holds whenever
-the search is stopped, since what was not finished counts with what is known of it.
+is searched (:mod:`solvers.engine.branch_and_bound`).  The smallest of all bounds is the proof: it
+holds whenever the search is stopped, since what was not finished counts with what is known of it.
 
 Of vectors that a symmetry of the game maps to each other, one is enough.
 """
@@ -27,13 +28,13 @@ from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Plan, Profile, make_plan
 from ppg_env.game.reachability import earliest_arrival
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.engine.branch_and_bound import Tree
-from solvers.engine.cuts import Advice, Lemmas, concerned
+from solvers.engine.cuts import CutPool, CutsAtArrivals, concerned
 from solvers.engine.fixed_arrival_lp import FixedProgram
-from solvers.engine.presolve import Task, meetings
+from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry, identity, symmetries
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import Status
 
 MOST_AWAKE = 200
@@ -45,19 +46,19 @@ def engine_search(
     movers: Sequence[int],
     weights: Weights,
     given: Profile | None,
-    clock: Clock,
+    budget: Budget,
     tell: Callable[[str, float], None] = lambda what, value: None,
-) -> Found:
+) -> SearchResult:
     """The cheapest plans of ``movers``, with a proved bound, while the others keep to ``given``.
 
     If ``given`` has sound plans of the movers too, only cheaper ones are looked for.  ``tell`` is
     called with every better ``value`` and ``bound``.
     """
-    task = Task(game, tuple(movers), weights, _others(game, movers, given))
+    subproblem = Subproblem(game, tuple(movers), weights, _others(game, movers, given))
     first = {i: earliest_arrival(game.agents[i], game.horizon) for i in movers}
     if any(start is None for start in first.values()):
-        return Found(Status.UNREACHABLE, float("inf"))
-    search = _Search(task, _incumbent(task, given), clock, tell)
+        return SearchResult(Status.UNREACHABLE, float("inf"))
+    search = _Search(subproblem, _incumbent(subproblem, given), budget, tell)
     return search.run({i: int(t or 0) for i, t in first.items()})
 
 
@@ -65,30 +66,36 @@ class _Search:
     """One search: the best plans so far, and what the vectors that were dealt with proved."""
 
     def __init__(
-        self, task: Task, best: Found, clock: Clock, tell: Callable[[str, float], None]
+        self,
+        subproblem: Subproblem,
+        best: SearchResult,
+        budget: Budget,
+        tell: Callable[[str, float], None],
     ) -> None:
         self._tell = tell
-        everybody = set(task.movers) == set(range(len(task.game.agents)))
+        everybody = set(subproblem.movers) == set(range(len(subproblem.game.agents)))
         self._symmetries: list[Symmetry] = (
-            symmetries(task.game, task.weights) if everybody else [identity(task.game)]
+            symmetries(subproblem.game, subproblem.weights)
+            if everybody
+            else [identity(subproblem.game)]
         )
-        self._task, self.best, self._clock = task, best, clock
-        self._lemmas = Lemmas(task, self._symmetries, clock)
+        self._subproblem, self.best, self._budget = subproblem, best, budget
+        self._cuts = CutPool(subproblem, self._symmetries, budget)
         self._awake: dict[int, Tree] = {}
 
-    def run(self, first: Mapping[int, int]) -> Found:
+    def run(self, first: Mapping[int, int]) -> SearchResult:
         """Search all vectors from the earliest arrivals ``first`` on."""
         proved, told, vectors = (
             float("inf"),
             float("-inf"),
-            _Vectors(self._task, first, self._original),
+            _Vectors(self._subproblem, first, self._original),
         )
         while (vector := vectors.pop(self.best.value - tol.MIP_GAP)) is not None:
             bound, arrivals, tree = vector
             if bound > told:
                 told = bound
                 self._tell("bound", bound)
-            if self._clock.out:
+            if self._budget.out:
                 return self._stopped(min(proved, bound))
             tree = tree or self._tree(arrivals)
             if tree.behind:
@@ -100,7 +107,7 @@ class _Search:
                 vectors.push(max(bound, tree.waiting), arrivals, tree)
                 self._spare(tree)
         if self.best.profile is None:
-            return Found(Status.INFEASIBLE, float("inf"))
+            return SearchResult(Status.INFEASIBLE, float("inf"))
         return self._found(Status.OPTIMAL, min(proved, self.best.value))
 
     def _spare(self, tree: Tree) -> None:
@@ -110,8 +117,8 @@ class _Search:
         if len(self._awake) > MOST_AWAKE:
             self._awake.pop(next(iter(self._awake))).rest()
 
-    def _stopped(self, bound: float) -> Found:
-        status = Status.TIME_LIMIT if self.best.profile is None else Status.FEASIBLE
+    def _stopped(self, bound: float) -> SearchResult:
+        status = Status.NO_INCUMBENT if self.best.profile is None else Status.FEASIBLE
         return self._found(status, min(bound, self.best.value))
 
     def _original(self, arrivals: Mapping[int, int]) -> bool:
@@ -122,17 +129,17 @@ class _Search:
         return images[0] == min(images)
 
     def _tree(self, arrivals: Mapping[int, int]) -> Tree:
-        task = self._task
-        known = meetings(task, concerned(task), arrivals) or []
-        spent = float(sum(task.weights.time[i] * t for i, t in arrivals.items()))
+        subproblem = self._subproblem
+        known = presolve_encounters(subproblem, concerned(subproblem), arrivals) or []
+        spent = float(sum(subproblem.weights.time[i] * t for i, t in arrivals.items()))
         images = [one.moved(arrivals) for one in self._symmetries]
         return Tree(
-            lambda: FixedProgram(task, arrivals, known),
+            lambda: FixedProgram(subproblem, arrivals, known),
             spent,
             self.best.value,
-            self._clock,
+            self._budget,
             self._price,
-            Advice(self._lemmas, arrivals),
+            CutsAtArrivals(self._cuts, arrivals),
             [
                 one
                 for one, image in zip(self._symmetries, images, strict=True)
@@ -142,20 +149,20 @@ class _Search:
 
     def _price(self, program: FixedProgram, point: np.ndarray, estimate: float) -> float:
         """Price a point's plans by the evaluator, and keep them if they are sound and cheaper."""
-        task, plans = self._task, program.plans(point)
+        subproblem, plans = self._subproblem, program.plans(point)
         # Given plans may be predictions; the movers' were made from their controls just now.
-        evaluation = evaluate(task.game, plans, as_given=True)
-        if evaluation.complaints(task.movers):
+        evaluation = evaluate(subproblem.game, plans, as_given=True)
+        if evaluation.violations(subproblem.movers):
             return float("inf")
-        value = evaluation.weighted(task.weights)
+        value = evaluation.weighted(subproblem.weights)
         if value < self.best.value:
-            self.best = Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
+            self.best = SearchResult(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
             self._tell("value", value)
         return value
 
-    def _found(self, status: Status, bound: float) -> Found:
+    def _found(self, status: Status, bound: float) -> SearchResult:
         best = self.best
-        return Found(status, bound, best.profile, best.evaluation, best.value)
+        return SearchResult(status, bound, best.profile, best.evaluation, best.value)
 
 
 def _others(game: Game, movers: Sequence[int], given: Profile | None) -> dict[int, Plan]:
@@ -164,44 +171,49 @@ def _others(game: Game, movers: Sequence[int], given: Profile | None) -> dict[in
     return {i: plan for i, plan in enumerate(given) if i not in movers}
 
 
-def _incumbent(task: Task, given: Profile | None) -> Found:
+def _incumbent(subproblem: Subproblem, given: Profile | None) -> SearchResult:
     """The plans in hand, if they are sound; their cost cuts the search short from the start."""
-    nothing = Found(Status.INFEASIBLE, float("inf"))
+    nothing = SearchResult(Status.INFEASIBLE, float("inf"))
     if given is None:
         return nothing
     # What the others do may be a prediction; the movers' plans have to be what their controls do.
     plans = tuple(
-        make_plan(agent, plan.controls) if i in task.movers else plan
-        for i, (agent, plan) in enumerate(zip(task.game.agents, given, strict=True))
+        make_plan(agent, plan.controls) if i in subproblem.movers else plan
+        for i, (agent, plan) in enumerate(zip(subproblem.game.agents, given, strict=True))
     )
-    if any(plans[i].arrival is None for i in task.movers):
+    if any(plans[i].arrival is None for i in subproblem.movers):
         return nothing
-    evaluation = evaluate(task.game, plans, as_given=True)
-    if evaluation.complaints(task.movers):
+    evaluation = evaluate(subproblem.game, plans, as_given=True)
+    if evaluation.violations(subproblem.movers):
         return nothing
-    value = evaluation.weighted(task.weights)
-    return Found(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
+    value = evaluation.weighted(subproblem.weights)
+    return SearchResult(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
 
 
 class _Vectors:
     """Arrival vectors that the reachable sets allow, cheapest bound first.
 
     A vector waits with the cost of its time, which is quickly known, until it comes up; only
-    then are its meetings looked at, and its successors, which cost no less, let in: those one
+    then are its presolve_encounters looked at, and its successors, which cost no less, let in:
+    those one
     step later in the coordinate that was raised last, or in one after it.  Of vectors that a
     symmetry maps to each other, the ``original`` one comes up.
     """
 
     def __init__(
         self,
-        task: Task,
+        subproblem: Subproblem,
         first: Mapping[int, int],
         original: Callable[[Mapping[int, int]], bool],
     ) -> None:
-        self._task, self._original, self._concerned = task, original, concerned(task)
+        self._subproblem, self._original, self._concerned = (
+            subproblem,
+            original,
+            concerned(subproblem),
+        )
         self._order = count()
         self._queue: list[tuple[float, int, tuple[int, ...], int | None, Tree | None]] = []
-        self._wait(tuple(first[i] for i in task.movers), 0)
+        self._wait(tuple(first[i] for i in subproblem.movers), 0)
 
     @property
     def least(self) -> float:
@@ -210,29 +222,31 @@ class _Vectors:
 
     def push(self, bound: float, arrivals: Mapping[int, int], tree: Tree | None) -> None:
         """Let a vector wait with a bound, and with the tree that was begun."""
-        times = tuple(arrivals[i] for i in self._task.movers)
+        times = tuple(arrivals[i] for i in self._subproblem.movers)
         heapq.heappush(self._queue, (bound, next(self._order), times, None, tree))
 
     def pop(self, below: float) -> tuple[float, dict[int, int], Tree | None] | None:
         """The next vector with its bound and tree; None if none is left below a cost."""
-        task = self._task
+        subproblem = self._subproblem
         while self._queue and self.least < below:
             bound, _, times, raised, tree = heapq.heappop(self._queue)
-            arrivals = dict(zip(task.movers, times, strict=True))
+            arrivals = dict(zip(subproblem.movers, times, strict=True))
             if raised is None:
                 return bound, arrivals, tree
             for k in range(raised, len(times)):
-                if times[k] < task.game.horizon:
+                if times[k] < subproblem.game.horizon:
                     self._wait((*times[:k], times[k] + 1, *times[k + 1 :]), k)
             if not self._original(arrivals):
                 continue
-            known = meetings(task, self._concerned, arrivals)
+            known = presolve_encounters(subproblem, self._concerned, arrivals)
             if known is not None:
-                losses = sum(task.weights.encounter[m.index] * (m.settled + m.least) for m in known)
+                losses = sum(
+                    subproblem.weights.encounter[m.index] * (m.fixed_loss + m.least) for m in known
+                )
                 self.push(bound + float(losses), arrivals, None)
         return None
 
     def _wait(self, times: tuple[int, ...], raised: int) -> None:
-        spent = zip(self._task.movers, times, strict=True)
-        bound = float(sum(self._task.weights.time[i] * t for i, t in spent))
+        spent = zip(self._subproblem.movers, times, strict=True)
+        bound = float(sum(self._subproblem.weights.time[i] * t for i, t in spent))
         heapq.heappush(self._queue, (bound, next(self._order), times, raised, None))

@@ -1,13 +1,14 @@
 r"""Branching over faces, only where the relaxation is wrong.
 
-A node has chosen faces for some moments (an encounter at a time); elsewhere margins are free.  Its
-linear program is a lower bound, and its means are plans that can be priced, so every node may
-improve the plans in hand.  The moment whose true loss exceeds the program's the most is branched
-on, a child per face, the face that the means keep clear of first.  One moment's choice moves the
-means away at its neighbours too, so that few moments have to be decided at all.
+A node has chosen faces for some disjunctions (an encounter at a time); elsewhere margins are free.
+ Its linear program is a lower bound, and its means are plans that can be priced, so every node may
+improve the plans in hand.  The disjunction whose true loss exceeds the program's the most is
+branched
+on, a child per face, the face that the means keep clear of first.  One disjunction's choice moves
+the means away at its neighbours too, so that few disjunctions have to be decided at all.
 
 The search dives: the next linear program (:mod:`solvers.engine.node_lp`) then differs by a row or
-two.  At the end of a dive it goes on at the lowest bound.  Trees that grow ask for lemmas, lower
+two.  At the end of a dive it goes on at the lowest bound.  Trees that grow ask for cuts, lower
 bounds on what some encounters cost together, and go on with them as rows.
 """
 
@@ -22,8 +23,8 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
-from solvers.budget import Clock
-from solvers.engine.fixed_arrival_lp import INF, FixedProgram, Moment
+from solvers.budget import Budget
+from solvers.engine.fixed_arrival_lp import INF, Disjunction, FixedProgram
 from solvers.engine.node_lp import Choice, Relaxation
 from solvers.engine.symmetry import Symmetry
 
@@ -33,21 +34,21 @@ would come up anyway, and linear programs that differ little are solved faster."
 
 
 @dataclass(frozen=True)
-class Lemma:
+class Cut:
     """What the ``encounters`` cost together, weighted, is at least ``least`` for these arrivals."""
 
     encounters: tuple[int, ...]
     least: float
 
 
-class Source(Protocol):
-    """Where a tree's lemmas come from."""
+class CutSource(Protocol):
+    """Where a tree's cuts come from."""
 
     @property
     def due(self) -> bool:
         """Whether it is time to take them up: they have a price."""
 
-    def lemmas(self) -> Iterable[Lemma]:
+    def cuts(self) -> Iterable[Cut]:
         """All of them."""
 
 
@@ -62,7 +63,7 @@ class Tree:
     make, spent : the program that is searched, built when needed, and what its arrivals cost.
     upper : cost of the best plans known; only cheaper ones are looked for.
     price : what a point of the program really costs, given the program's own estimate of it.
-    source : of lemmas, if there are any.
+    source : of cuts, if there are any.
     mirrors : symmetries that keep the program as it is; of mirrored children one is enough.
 
     Attributes
@@ -76,13 +77,13 @@ class Tree:
         make: Callable[[], FixedProgram],
         spent: float,
         upper: float,
-        clock: Clock,
+        budget: Budget,
         price: Callable[[FixedProgram, np.ndarray, float], float],
-        source: Source | None = None,
+        source: CutSource | None = None,
         mirrors: Sequence[Symmetry] = (),
     ) -> None:
         self.upper, self._spent, self.closed = upper, spent, INF
-        self._make, self._clock, self._price = make, clock, price
+        self._make, self._budget, self._price = make, budget, price
         self._source, self._mirrors = source, mirrors
         self._open: list[tuple[float, int, Choice]] = [(-INF, 0, ())]
         self._next: list[tuple[float, Choice]] = []
@@ -104,12 +105,12 @@ class Tree:
 
     @property
     def behind(self) -> bool:
-        """Whether the root was not solved yet, or not with the lemmas that are due."""
+        """Whether the root was not solved yet, or not with the cuts that are due."""
         due = not self._informed and self._source is not None and self._source.due
         return due or not self._looked
 
     def look(self) -> None:
-        """Take up lemmas that are due; the root, if it is all there is, is solved with them."""
+        """Take up cuts that are due; the root, if it is all there is, is solved with them."""
         lp = self._lp
         if self._source is not None and self._source.due and not self._informed:
             self._informed = True
@@ -123,7 +124,7 @@ class Tree:
     def search(self, upper: float, *, until: float = INF) -> bool:
         """Search below ``upper`` until the bound is above ``until``; whether nothing stopped it.
 
-        What stops it is the clock, or a linear program that cannot be solved.
+        What stops it is the budget, or a linear program that cannot be solved.
         """
         self.upper = min(self.upper, upper)
         while self._next or (self._open and self._open[0][0] <= until):
@@ -153,7 +154,7 @@ class Tree:
     def _plunge(self, bound: float, choice: Choice) -> bool:
         """Go down from a node to plans or a dead end; whether nothing stopped it."""
         while bound < self._cutoff:
-            if self._clock.out:
+            if self._budget.out:
                 self._wait(bound, choice)
                 return False
             self._lp.switch(choice)
@@ -185,7 +186,7 @@ class Tree:
     def _lp(self) -> Relaxation:
         """The linear program, built when it is needed."""
         if self._held is None:
-            self._held = Relaxation(self._make(), self._spent, self._clock)
+            self._held = Relaxation(self._make(), self._spent, self._budget)
             if self._informed:
                 self._learn(self._held)
         return self._held
@@ -195,17 +196,17 @@ class Tree:
         return self.upper - tol.MIP_GAP
 
     def _learn(self, lp: Relaxation) -> None:
-        """Add the lemmas as rows."""
-        for lemma in self._source.lemmas() if self._source is not None else ():
-            if lemma.least == INF:
+        """Add the cuts as rows."""
+        for cut in self._source.cuts() if self._source is not None else ():
+            if cut.least == INF:
                 self._open, self._next = [], []
                 return
-            lp.learn(lemma.encounters, lemma.least)
+            lp.learn(cut.encounters, cut.least)
 
     def _branch(self, value: float, point: np.ndarray) -> tuple[int, np.ndarray] | None:
-        """The moment to decide next, and what its faces give; None if the point costs ``value``."""
+        """Return the disjunction to branch on and its margins; None if ``value`` is exact."""
         program, faces = self._lp.program, self._lp.faces
-        if not program.moments:
+        if not program.disjunctions:
             self.upper = min(self.upper, self._price(program, point, value))
             return None
         margins = faces.margins(point)
@@ -220,10 +221,10 @@ class Tree:
             return None
         overlap = np.flatnonzero(np.isinf(gaps))
         k = self._first_overlap(overlap, best) if len(overlap) else int(gaps.argmax())
-        return k, margins[faces.first[k] : faces.first[k] + len(program.moments[k].faces)]
+        return k, margins[faces.first[k] : faces.first[k] + len(program.disjunctions[k].faces)]
 
     def _first_overlap(self, overlap: np.ndarray, best: np.ndarray) -> int:
-        """Which of the moments at which bodies overlap to decide first.
+        """Which of the disjunctions at which bodies overlap to decide first.
 
         A lone mover finds its gap in the crowd soonest if it is told where to be half-way; of
         several movers the slightest overlap says most clearly on which side they pass.  (Both
@@ -240,27 +241,27 @@ class Tree:
     def _children(
         self, choice: Choice, k: int, margins: np.ndarray, value: float
     ) -> list[tuple[float, Choice]]:
-        """A child per face of moment k, with a bound on its value, the likeliest last."""
-        faces, moment = self._lp.faces, self._lp.program.moments[k]
-        # The program let this moment's loss be as small as it may; a face makes it dearer.
+        """A child per face of disjunction k, with a bound on its value, the likeliest last."""
+        faces, disjunction = self._lp.faces, self._lp.program.disjunctions[k]
+        # The program let this disjunction's loss be as small as it may; a face makes it dearer.
         dearer = np.maximum(faces.least[k] - faces.lowest[k], 0.0)
-        bounds = value + self._lp.price(moment) * dearer
+        bounds = value + self._lp.price(disjunction) * dearer
         order = margins.argsort(kind="stable").tolist()
         if len(self._mirrors) > 1:
-            order = self._distinct(choice, moment, order)
+            order = self._distinct(choice, disjunction, order)
         return [(float(bounds[p]), (*choice, (k, p))) for p in order]
 
-    def _distinct(self, choice: Choice, moment: Moment, order: list[int]) -> list[int]:
+    def _distinct(self, choice: Choice, disjunction: Disjunction, order: list[int]) -> list[int]:
         """One face of each orbit under the symmetries that keep the choices made so far."""
         made = {self._lp.program.named(k, p) for k, p in choice}
         keeping = [
             one
             for one in self._mirrors
             if {(one.encounters[e], t, one.faces[e][p]) for e, t, p in made} == made
-            and one.encounters[moment.encounter] == moment.encounter
+            and one.encounters[disjunction.encounter] == disjunction.encounter
         ]
         kept: dict[int, int] = {}
         for p in order:  # the likeliest comes last and stays
-            face = moment.faces[p].index
-            kept[min(one.faces[moment.encounter][face] for one in keeping)] = p
+            face = disjunction.faces[p].index
+            kept[min(one.faces[disjunction.encounter][face] for one in keeping)] = p
         return [p for p in order if p in kept.values()]

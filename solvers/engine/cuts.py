@@ -1,4 +1,4 @@
-r"""Lemmas: what a few movers cost each other at least, exactly, when their arrivals are given.
+r"""Cuts: what a few movers cost each other at least, exactly, when their arrivals are given.
 
 A part is a set of encounters: with more than three movers, those among three of them; with two or
 three, what each has with the obstacles.  Its value is the least loss that its movers can have in
@@ -16,17 +16,17 @@ from itertools import combinations
 
 import numpy as np
 
-from solvers.budget import Clock
-from solvers.engine.branch_and_bound import Lemma, Tree
+from solvers.budget import Budget
+from solvers.engine.branch_and_bound import Cut, Tree
 from solvers.engine.fixed_arrival_lp import INF, FixedProgram
-from solvers.engine.presolve import Task, meetings
+from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry
 
 PATIENCE = 500
-"""Linear programs after which a search takes up lemmas."""
+"""Linear programs after which a search takes up cuts."""
 
 MOST = 3000
-"""Linear programs for one part: what is proved by then is a lemma, too."""
+"""Linear programs for one part: what is proved by then is a cut, too."""
 
 SLACK = 1e-9
 """Values are lowered by this, relative above 1, for the back end's tolerance."""
@@ -35,19 +35,21 @@ Part = tuple[int, ...]
 """Encounters, ascending."""
 
 
-class Lemmas:
-    """Values of parts for one task, computed when first asked for."""
+class CutPool:
+    """Values of parts for one subproblem, computed when first asked for."""
 
-    def __init__(self, task: Task, symmetries: Sequence[Symmetry], clock: Clock) -> None:
-        self._task, self._symmetries, self._clock = task, symmetries, clock
-        self._begun, self._spent = clock.used, 0
+    def __init__(
+        self, subproblem: Subproblem, symmetries: Sequence[Symmetry], budget: Budget
+    ) -> None:
+        self._subproblem, self._symmetries, self._budget = subproblem, symmetries, budget
+        self._begun, self._spent = budget.used, 0
         self._known: dict[tuple[Part, tuple[tuple[int, int], ...]], float] = {}
-        self.parts = _triples(task) or _alone(task)
+        self.parts = _triples(subproblem) or _alone(subproblem)
 
     @property
     def due(self) -> bool:
-        """Whether the search has cost so much by now that lemmas are worth their price."""
-        work = self._clock.used - self._begun - self._spent
+        """Whether the search has cost so much by now that cuts are worth their price."""
+        work = self._budget.used - self._begun - self._spent
         return bool(self.parts) and work >= PATIENCE
 
     def value(self, part: Part, arrivals: Mapping[int, int]) -> float:
@@ -60,7 +62,7 @@ class Lemmas:
     def _moved(
         self, one: Symmetry, part: Part, arrivals: Mapping[int, int]
     ) -> tuple[Part, tuple[tuple[int, int], ...]]:
-        encounters = self._task.game.encounters
+        encounters = self._subproblem.game.encounters
         movers = {i for e in part for i in encounters[e].agents if i in arrivals}
         return (
             tuple(sorted(one.encounters[e] for e in part)),
@@ -68,26 +70,26 @@ class Lemmas:
         )
 
     def _solved(self, part: Part, arrivals: dict[int, int]) -> float:
-        known = meetings(self._task, part, arrivals)
+        known = presolve_encounters(self._subproblem, part, arrivals)
         if known is None:
             return INF
 
         def make() -> FixedProgram:
-            return FixedProgram(self._task, arrivals, known)
+            return FixedProgram(self._subproblem, arrivals, known)
 
-        share = self._clock.share(MOST)
+        share = self._budget.child(MOST)
         tree = Tree(make, 0.0, INF, share, _estimate)
         tree.search(INF)
-        self._clock.take(share)
+        self._budget.charge(share)
         self._spent += share.used
         return tree.bound - SLACK * max(1.0, tree.bound) if np.isfinite(tree.bound) else tree.bound
 
 
 @dataclass(frozen=True)
-class Advice:
-    """The lemmas for one arrival vector, as a tree asks for them."""
+class CutsAtArrivals:
+    """The cuts for one arrival vector, as a tree asks for them."""
 
-    known: Lemmas
+    known: CutPool
     arrivals: Mapping[int, int]
 
     @property
@@ -95,10 +97,10 @@ class Advice:
         """Whether it is time to take them up."""
         return self.known.due
 
-    def lemmas(self) -> Iterator[Lemma]:
+    def cuts(self) -> Iterator[Cut]:
         """One per part."""
         for part in self.known.parts:
-            yield Lemma(part, self.known.value(part, self.arrivals))
+            yield Cut(part, self.known.value(part, self.arrivals))
 
 
 def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> float:
@@ -106,29 +108,30 @@ def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> floa
     return estimate
 
 
-def concerned(task: Task) -> list[int]:
+def concerned(subproblem: Subproblem) -> list[int]:
     """The encounters that involve a mover."""
-    movers = set(task.movers)
-    return [e for e, one in enumerate(task.game.encounters) if movers & set(one.agents)]
+    movers = set(subproblem.movers)
+    return [e for e, one in enumerate(subproblem.game.encounters) if movers & set(one.agents)]
 
 
-def _alone(task: Task) -> list[Part]:
+def _alone(subproblem: Subproblem) -> list[Part]:
     """Each mover's weighty encounters with obstacles, if there are several movers."""
-    if len(task.movers) < 2:
+    if len(subproblem.movers) < 2:
         return []
-    weighty = [e for e in concerned(task) if task.weights.encounter[e] > 0]
-    fixed = [e for e in weighty if task.game.encounters[e].obstacle is not None]
+    weighty = [e for e in concerned(subproblem) if subproblem.weights.encounter[e] > 0]
+    fixed = [e for e in weighty if subproblem.game.encounters[e].obstacle is not None]
     groups = (
-        tuple(e for e in fixed if task.game.encounters[e].agents == (i,)) for i in task.movers
+        tuple(e for e in fixed if subproblem.game.encounters[e].agents == (i,))
+        for i in subproblem.movers
     )
     return [part for part in groups if part]
 
 
-def _triples(task: Task) -> list[Part]:
+def _triples(subproblem: Subproblem) -> list[Part]:
     """The weighty encounters among every three movers, if there are more movers than that."""
-    if len(task.movers) <= 3:
+    if len(subproblem.movers) <= 3:
         return []
-    weighty = [e for e in concerned(task) if task.weights.encounter[e] > 0]
-    who = {e: set(task.game.encounters[e].agents) for e in weighty}
-    groups = [set(group) for group in combinations(task.movers, 3)]
+    weighty = [e for e in concerned(subproblem) if subproblem.weights.encounter[e] > 0]
+    who = {e: set(subproblem.game.encounters[e].agents) for e in weighty}
+    groups = [set(group) for group in combinations(subproblem.movers, 3)]
     return [tuple(e for e in weighty if who[e] <= group) for group in groups]

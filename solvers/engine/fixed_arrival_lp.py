@@ -24,7 +24,7 @@ from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.margins import encounter_units
 from ppg_env.game.plan import Profile, make_plan
-from solvers.engine.presolve import Meeting, Task
+from solvers.engine.presolve import PresolvedEncounter, Subproblem
 
 FIRST_TANGENTS = 6
 """Tangents of each loss to begin with; more come where answers sit."""
@@ -37,7 +37,7 @@ INF = float("inf")
 
 @dataclass(frozen=True)
 class Face:
-    """A face of a moment, ``index`` p of its collision set.
+    """A face of a disjunction, ``index`` p of its collision set.
 
     Its clearance is values . x[columns] + constant, in ``unit`` per margin; ``least`` is the
     smallest loss that it allows.
@@ -52,7 +52,7 @@ class Face:
 
 
 @dataclass(frozen=True)
-class Moment:
+class Disjunction:
     """One encounter at one time that is left open: columns of its margin, if any, and its loss."""
 
     encounter: int
@@ -68,22 +68,25 @@ class Moment:
 class FixedProgram:
     """The program of the module's page for movers that arrive at ``arrivals``.
 
-    ``meetings`` holds what :func:`~solvers.engine.presolve.meeting` left open, of all encounters or of a
-    part of them.
+    ``presolve_encounters`` holds what :func:`~solvers.engine.presolve.presolve_encounter` left
+    open, of all encounters or of a part of them.
 
     Attributes
     ----------
     controls : (T_i, m) columns of each mover's controls.
-    moments : what there is to choose.
-    settled : weighted loss of each encounter of ``meetings`` that no plan changes.
+    disjunctions : what there is to choose.
+    fixed_loss : weighted loss of each encounter of ``presolve_encounters`` that no plan changes.
     """
 
     def __init__(
-        self, task: Task, arrivals: Mapping[int, int], meetings: Sequence[Meeting]
+        self,
+        subproblem: Subproblem,
+        arrivals: Mapping[int, int],
+        presolve_encounters: Sequence[PresolvedEncounter],
     ) -> None:
-        self.task, self.game, self.given = task, task.game, task.given
+        self.subproblem, self.game, self.given = subproblem, subproblem.game, subproblem.given
         self.arrivals = dict(arrivals)
-        self.settled: dict[int, float] = {}
+        self.fixed_loss: dict[int, float] = {}
         self._low: list[float] = []
         self._high: list[float] = []
         self._cost: list[float] = []
@@ -91,12 +94,14 @@ class FixedProgram:
         self._means: dict[int, np.ndarray] = {}
         self._made: dict[tuple[int, int], tuple[float, np.ndarray, np.ndarray]] = {}
         self.controls: dict[int, np.ndarray] = {}
-        self.moments: list[Moment] = []
+        self.disjunctions: list[Disjunction] = []
         for i, end in self.arrivals.items():
             self._move(i, end)
-        for one in meetings:  # also those that cost the movers nothing: bodies must not overlap
-            weight = float(task.weights.encounter[one.index])
-            self.settled[one.index] = weight * one.settled
+        for one in (
+            presolve_encounters
+        ):  # also those that cost the movers nothing: bodies must not overlap
+            weight = float(subproblem.weights.encounter[one.index])
+            self.fixed_loss[one.index] = weight * one.fixed_loss
             self._meet(one, weight)
 
     def _columns(self, shape: Any, low: Any = -INF, high: Any = INF, cost: float = 0.0) -> Any:
@@ -133,7 +138,7 @@ class FixedProgram:
         pairs = [(int(c), float(v)) for c, v in zip(columns, values, strict=True) if v]
         self._rows.append(([c for c, _ in pairs], [v for _, v in pairs], low, high))
 
-    def _meet(self, one: Meeting, weight: float) -> None:
+    def _meet(self, one: PresolvedEncounter, weight: float) -> None:
         units = encounter_units(self.game, self.game.encounters[one.index])
         for k, t in enumerate(one.times.tolist()):
             cap = float(one.cap[k])
@@ -143,7 +148,9 @@ class FixedProgram:
                 for p in np.flatnonzero(one.faces[k]).tolist()
             )
             lowest = self._low[loss]
-            self.moments.append(Moment(one.index, t, margin, loss, cap, lowest, weight, faces))
+            self.disjunctions.append(
+                Disjunction(one.index, t, margin, loss, cap, lowest, weight, faces)
+            )
 
     def _loss(self, cap: float, weight: float) -> tuple[int | None, int]:
         """Columns of a margin up to ``cap`` and of its loss.
@@ -161,7 +168,7 @@ class FixedProgram:
                 self._row([loss, margin], [1.0, -line[0]], line[1], INF)
         return int(margin), int(loss)
 
-    def _face(self, one: Meeting, k: int, p: int, unit: float) -> Face:
+    def _face(self, one: PresolvedEncounter, k: int, p: int, unit: float) -> Face:
         encounter, d = self.game.encounters[one.index], self.game.dim
         normal, t = encounter.collision.normals[p], int(one.times[k])
         columns, values, constant = [], [], -float(encounter.collision.offsets[p])
@@ -177,9 +184,9 @@ class FixedProgram:
         least = float(objective.loss(self.game, np.array(most)))
         return Face(p, place, along, constant, unit, least)
 
-    def named(self, moment: int, face: int) -> tuple[int, int, int]:
+    def named(self, disjunction: int, face: int) -> tuple[int, int, int]:
         """Encounter, time and index of a face, whatever is left out around it."""
-        one = self.moments[moment]
+        one = self.disjunctions[disjunction]
         return one.encounter, one.time, one.faces[face].index
 
     def point(self, means: Sequence[np.ndarray]) -> np.ndarray:
@@ -201,14 +208,14 @@ class FixedProgram:
             plans.append(make_plan(agent, controls))
         return tuple(plans)
 
-    def row(self, moment: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
+    def row(self, disjunction: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
         """Lower limit, columns and values of the row that makes a face hold."""
-        if (moment, face) not in self._made:
-            self._made[moment, face] = self._face_row(moment, face)
-        return self._made[moment, face]
+        if (disjunction, face) not in self._made:
+            self._made[disjunction, face] = self._face_row(disjunction, face)
+        return self._made[disjunction, face]
 
-    def _face_row(self, moment: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
-        one = self.moments[moment]
+    def _face_row(self, disjunction: int, face: int) -> tuple[float, np.ndarray, np.ndarray]:
+        one = self.disjunctions[disjunction]
         chosen = one.faces[face]
         if one.margin is None:  # s = M' - loss
             limit = chosen.unit * self.game.margin_cap - chosen.constant

@@ -5,7 +5,7 @@ kinds come and go:
 
     faces       a_p' (r_i - r_j) - b_p >= unit_p s      while the node has chosen face p
     tangents    l >= c(q) + c'(q) (s - q)               added where an answer sits, kept
-    lemmas      sum_e omega_e sum_t l_et >= least       kept
+    cuts      sum_e omega_e sum_t l_et >= least       kept
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
-from solvers.budget import Clock
-from solvers.engine.fixed_arrival_lp import INF, FixedProgram, Moment, tangent
+from solvers.budget import Budget
+from solvers.engine.fixed_arrival_lp import INF, Disjunction, FixedProgram, tangent
 from solvers.reference.cvxpy_backend import FEASIBILITY
 
 CURVATURE = 1e-8
@@ -28,7 +28,7 @@ REFINEMENTS = 30
 """Most rounds of tangents in one node; two or three are usual."""
 
 Choice = tuple[tuple[int, int], ...]
-"""Pairs (moment, face) that a node has switched on."""
+"""Pairs (disjunction, face) that a node has switched on."""
 
 
 class Relaxation:
@@ -42,14 +42,14 @@ class Relaxation:
     Attributes
     ----------
     faces : all faces of the program, to price points.
-    on : moments whose faces are switched on.
+    on : disjunctions whose faces are switched on.
     """
 
-    def __init__(self, program: FixedProgram, spent: float, clock: Clock) -> None:
+    def __init__(self, program: FixedProgram, spent: float, budget: Budget) -> None:
         import highspy
 
-        self.program, self.faces = program, Faces(program.moments)
-        self._base, self._clock = spent + sum(program.settled.values()), clock
+        self.program, self.faces = program, Faces(program.disjunctions)
+        self._base, self._budget = spent + sum(program.fixed_loss.values()), budget
         self._optimal = highspy.HighsModelStatus.kOptimal
         self._infeasible = highspy.HighsModelStatus.kInfeasible
         self._lp = highspy.Highs()
@@ -61,11 +61,11 @@ class Relaxation:
 
     def learn(self, encounters: Sequence[int], least: float) -> None:
         """Let the weighted losses of ``encounters`` be ``least`` at least."""
-        open_ = [m for m in self.program.moments if m.encounter in encounters]
-        least = least - sum(self.program.settled.get(e, 0.0) for e in encounters)
-        if open_ and least > tol.MIP_GAP:
-            columns = np.array([m.loss for m in open_], dtype=np.int32)
-            self._add(None, least, columns, np.array([m.weight for m in open_]))
+        undecided = [m for m in self.program.disjunctions if m.encounter in encounters]
+        least = least - sum(self.program.fixed_loss.get(e, 0.0) for e in encounters)
+        if undecided and least > tol.MIP_GAP:
+            columns = np.array([m.loss for m in undecided], dtype=np.int32)
+            self._add(None, least, columns, np.array([m.weight for m in undecided]))
 
     def switch(self, wanted: Choice) -> None:
         """Let exactly the faces ``wanted`` hold."""
@@ -87,7 +87,7 @@ class Relaxation:
         solution; None if the back end gives up.
         """
         for _ in range(REFINEMENTS):
-            self._clock.tick()
+            self._budget.tick()
             status = self._run()
             if status == self._infeasible:
                 return INF, np.zeros(0)
@@ -103,16 +103,16 @@ class Relaxation:
         """The best point with the faces that count for ``means``, if there is one."""
         margins = self.faces.margins(self.program.point(means))
         best = [part.argmax() for part in np.split(margins, self.faces.first[1:])]
-        self.switch(tuple((k, int(p)) for k, p in enumerate(best) if self.program.moments))
+        self.switch(tuple((k, int(p)) for k, p in enumerate(best) if self.program.disjunctions))
         answer = self.solve()
         return None if answer is None or answer[0] == INF else answer[1]
 
-    def price(self, moment: Moment) -> float:
-        """What a unit more of a moment's loss costs at least, by its reduced cost.
+    def price(self, disjunction: Disjunction) -> float:
+        """What a unit more of a disjunction's loss costs at least, by its reduced cost.
 
         The program let it be as small as it may; another loss may shrink in return.
         """
-        return max(float(self._lp.getSolution().col_dual[moment.loss]), 0.0)
+        return max(float(self._lp.getSolution().col_dual[disjunction.loss]), 0.0)
 
     def _add(
         self, made: tuple[int, int] | None, least: float, columns: np.ndarray, values: np.ndarray
@@ -136,7 +136,7 @@ class Relaxation:
 
     def _refine(self, point: np.ndarray) -> bool:
         """Add tangents at the margins of chosen faces; whether any was missing."""
-        on = [k for k in self.on if self.program.moments[k].margin is not None]
+        on = [k for k in self.on if self.program.disjunctions[k].margin is not None]
         if not on:
             return False
         margins = np.clip(point[self.faces.margin_columns[on]], 0.0, self.faces.caps[on])
@@ -144,35 +144,39 @@ class Relaxation:
         missing = False
         for n in np.flatnonzero(errors * self.faces.weights[on] > CURVATURE).tolist():
             if line := tangent(self.program.game, float(margins[n])):
-                moment = self.program.moments[on[n]]
-                columns = np.array([moment.loss, moment.margin], dtype=np.int32)
+                disjunction = self.program.disjunctions[on[n]]
+                columns = np.array([disjunction.loss, disjunction.margin], dtype=np.int32)
                 self._add(None, line[1], columns, np.array([1.0, -line[0]]))
                 missing = True
         return missing
 
 
 class Faces:
-    """All faces of all moments side by side, to price a point at once.
+    """All faces of all disjunctions side by side, to price a point at once.
 
     Attributes
     ----------
-    first : (K,) where each moment's faces begin.
-    times, caps, weights, margin_columns, losses : (K,) of the moments; the last two are columns.
-    lowest : (K,) the least loss of each moment.
-    least : per moment, (F,) the least loss that each of its faces allows.
+    first : (K,) where each disjunction's faces begin.
+    times, caps, weights, margin_columns, losses : (K,) of the disjunctions; the last two are
+    columns. lowest : (K,) the least loss of each disjunction.
+    least : per disjunction, (F,) the least loss that each of its faces allows.
     """
 
-    def __init__(self, moments: Sequence[Moment]) -> None:
-        faces = [face for moment in moments for face in moment.faces]
-        ends = np.cumsum([len(moment.faces) for moment in moments], dtype=int)
-        self.first = ends - [len(moment.faces) for moment in moments]
-        self.times = np.array([moment.time for moment in moments], dtype=int)
-        self.caps = np.array([moment.cap for moment in moments])
-        self.weights = np.array([moment.weight for moment in moments])
-        self.margin_columns = np.array([moment.margin or 0 for moment in moments], dtype=int)
-        self.losses = np.array([moment.loss for moment in moments], dtype=int)
-        self.lowest = np.array([moment.lowest for moment in moments])
-        self.least = [np.array([face.least for face in moment.faces]) for moment in moments]
+    def __init__(self, disjunctions: Sequence[Disjunction]) -> None:
+        faces = [face for disjunction in disjunctions for face in disjunction.faces]
+        ends = np.cumsum([len(disjunction.faces) for disjunction in disjunctions], dtype=int)
+        self.first = ends - [len(disjunction.faces) for disjunction in disjunctions]
+        self.times = np.array([disjunction.time for disjunction in disjunctions], dtype=int)
+        self.caps = np.array([disjunction.cap for disjunction in disjunctions])
+        self.weights = np.array([disjunction.weight for disjunction in disjunctions])
+        self.margin_columns = np.array(
+            [disjunction.margin or 0 for disjunction in disjunctions], dtype=int
+        )
+        self.losses = np.array([disjunction.loss for disjunction in disjunctions], dtype=int)
+        self.lowest = np.array([disjunction.lowest for disjunction in disjunctions])
+        self.least = [
+            np.array([face.least for face in disjunction.faces]) for disjunction in disjunctions
+        ]
         width = max((len(face.columns) for face in faces), default=0)
         self._columns = np.zeros((len(faces), width), dtype=int)
         self._values = np.zeros((len(faces), width))

@@ -1,7 +1,7 @@
 r"""What the reachable sets leave open of the encounters, once arrivals are fixed.
 
-A meeting keeps the times at which somebody's choice still matters, and the faces that can count
-there; at all others the margin is at its cap, or what it is, whatever anybody does.
+A presolve_encounter keeps the times at which somebody's choice still matters, and the faces that
+can count there; at all others the margin is at its cap, or what it is, whatever anybody does.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from solvers.engine.reachability_bounds import Reach, reach_of
 
 
 @dataclass(frozen=True)
-class Task:
+class Subproblem:
     """One search: who moves, for what, and what the others do."""
 
     game: Game
@@ -32,7 +32,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Meeting:
+class PresolvedEncounter:
     """What the reachable sets leave open of one encounter, for given arrivals.
 
     Attributes
@@ -42,7 +42,7 @@ class Meeting:
     faces : (K, F) whether a face can be the one that counts.
     high : (K, F) upper bounds of the clearance a_p'(r_i - r_j) - b_p.
     cap : (K,) largest margin within reach.
-    settled : loss of all other times in traffic, which no plan changes.
+    fixed_loss : loss of all other times in traffic, which no plan changes.
     least : lower bound on the loss of ``times``.
     """
 
@@ -51,22 +51,22 @@ class Meeting:
     faces: np.ndarray
     high: np.ndarray
     cap: np.ndarray
-    settled: float
+    fixed_loss: float
     least: float
 
 
-def meetings(
-    task: Task, encounters: Iterable[int], arrivals: Mapping[int, int]
-) -> list[Meeting] | None:
-    """:func:`meeting` of several encounters; None if one of them is excluded."""
-    found = [meeting(task.game, e, arrivals, task.given) for e in encounters]
+def presolve_encounters(
+    subproblem: Subproblem, encounters: Iterable[int], arrivals: Mapping[int, int]
+) -> list[PresolvedEncounter] | None:
+    """:func:`presolve_encounter` of several encounters; None if one of them is excluded."""
+    found = [presolve_encounter(subproblem.game, e, arrivals, subproblem.given) for e in encounters]
     known = [one for one in found if one is not None]
     return known if len(known) == len(found) else None
 
 
-def meeting(
+def presolve_encounter(
     game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
-) -> Meeting | None:
+) -> PresolvedEncounter | None:
     """The encounter ``index`` when its movers arrive at ``arrivals`` and the others do as given.
 
     None if the reachable sets already exclude that the bodies keep apart.
@@ -93,16 +93,16 @@ def meeting(
     ceiling = margins(high, units, cap)
     floor = margins(low, units, cap)
     fixed = (high - low).max(axis=1, initial=0.0) <= tol.LENGTH / 10
-    open_ = (floor < cap) & ~fixed
-    settled = np.where(floor >= cap, cap, np.maximum(ceiling, 0.0))[~open_]
-    chosen = np.flatnonzero(open_)
-    return Meeting(
+    undecided = (floor < cap) & ~fixed
+    fixed_loss = np.where(floor >= cap, cap, np.maximum(ceiling, 0.0))[~undecided]
+    chosen = np.flatnonzero(undecided)
+    return PresolvedEncounter(
         index,
         chosen,
         faces[chosen],
         high[chosen],
         np.maximum(ceiling[chosen], 0.0),
-        float(objective.loss(game, settled).sum()),
+        float(objective.loss(game, fixed_loss).sum()),
         float(objective.loss(game, np.maximum(ceiling[chosen], 0.0)).sum()),
     )
 

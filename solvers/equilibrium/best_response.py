@@ -5,10 +5,10 @@ from __future__ import annotations
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.liability import Liability, make_rule
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import ADVICE, Solution, Status
 
 
@@ -47,8 +47,8 @@ def best_response(
         If there is no such agent, the profile does not fit, or the solver is not installed.
     """
     check_agent(game, agent)
-    rule, clock = make_rule(game, charge), Clock(time_limit)
-    found = respond(rule, agent, profile, check_solver(solver), clock)
+    rule, budget = make_rule(game, charge), Budget(time_limit)
+    found = respond(rule, agent, profile, check_solver(solver), budget)
     status, advice = explain(game, found, (agent,))
     return Solution(
         game,
@@ -60,13 +60,13 @@ def best_response(
         f"{'shifted_cost' if charge == 'selfish' else 'charge'}[{agent}]",
         found.value,
         found.bound,
-        seconds=clock.spent,
+        seconds=budget.spent,
     )
 
 
 def respond(
-    rule: Liability, agent: int, profile: Profile | None, solver: str, clock: Clock
-) -> Found:
+    rule: Liability, agent: int, profile: Profile | None, solver: str, budget: Budget
+) -> SearchResult:
     """:func:`best_response` for arguments that were checked, without the story around it."""
     size = len(rule.game.agents)
     if profile is None or len(profile) != size:
@@ -76,10 +76,10 @@ def respond(
             "does not have one plan per agent",
             "give everybody's plans",
         )
-    return minimise(rule.game, (agent,), rule.weights(agent), profile, solver, clock)
+    return minimise(rule.game, (agent,), rule.weights(agent), profile, solver, budget)
 
 
-def explain(game: Game, found: Found, movers: tuple[int, ...]) -> tuple[Status, str]:
+def explain(game: Game, found: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
     """Status and advice, with the agents whose goals are out of reach named."""
     advice = ADVICE[found.status]
     if found.status is Status.UNREACHABLE:

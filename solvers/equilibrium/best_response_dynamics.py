@@ -25,14 +25,14 @@ from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from ppg_env.game.plan import Plan, Profile, make_profile
 from ppg_env.support.frozen import frozen_array
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver
 from solvers.engine.presolve import matters
 from solvers.engine.refine import polish
 from solvers.equilibrium.best_response import explain, respond
 from solvers.equilibrium.certificate import proved_bound
 from solvers.liability import Liability, make_rule
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import ADVICE, Solution, Status, Update
 
 STARTS = ("straight", "sequential")
@@ -81,7 +81,7 @@ def best_response_dynamics(
     tolerance
         An agent keeps its plan unless it gains more than this.
     max_sweeps, time_limit
-        Limits: rounds in which everybody moves once, and seconds.
+        PlannerOptions: rounds in which everybody moves once, and seconds.
     progress
         Called with every :class:`Update`.
 
@@ -92,10 +92,10 @@ def best_response_dynamics(
         ``regret`` is certified by the last responses' bounds; ``trace`` has every update.
     """
     check_order(game, order)
-    rule, solver, clock = make_rule(game, charge), check_solver(solver), Clock(time_limit)
+    rule, solver, budget = make_rule(game, charge), check_solver(solver), Budget(time_limit)
     starts = _default_starts(rule) if start is None else (start,)
     for first in starts:
-        run = _Dynamics(rule, order, tolerance, solver, clock, seed, progress)
+        run = _Dynamics(rule, order, tolerance, solver, budget, seed, progress)
         solution = run.run(first, max_sweeps)
         if solution.status is not Status.INFEASIBLE:
             break
@@ -117,12 +117,12 @@ class _Dynamics:
         order: str | Sequence[int],
         tolerance: float,
         solver: str,
-        clock: Clock,
+        budget: Budget,
         seed: int,
         progress: Callable[[Update], None] | None,
     ) -> None:
         self.rule, self.game, self.order, self.tolerance = rule, rule.game, order, tolerance
-        self.solver, self.clock, self.progress = solver, clock, progress
+        self.solver, self.budget, self.progress = solver, budget, progress
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
         self.costs = np.full(len(self.game.agents), np.inf)
@@ -131,7 +131,7 @@ class _Dynamics:
     def run(self, start: str | Profile, max_sweeps: int) -> Solution:
         profile, pending = _start(self.rule, start)
         seen = {profile}
-        status = Status.LIMIT
+        status = Status.NOT_CONVERGED
         effort: int | None = FIRST_EFFORT
         for sweep in range(1, max_sweeps + 1):
             before, self.changed = profile, False
@@ -155,7 +155,7 @@ class _Dynamics:
             elif sweep >= POLISH_AFTER and self.order != "simultaneous":
                 profile = self._polished(profile)
             seen.add(profile)
-            if self.clock.out:
+            if self.budget.out:
                 break
         return self._finished(profile, status)
 
@@ -164,20 +164,20 @@ class _Dynamics:
         falling = self.rule.potential
         if falling is None or not evaluate(self.game, profile).feasible:
             return profile
-        after = polish(self.game, profile, falling, self.clock)
+        after = polish(self.game, profile, falling, self.budget)
         for j, plan in enumerate(after):
             if plan is not profile[j] and plan != profile[j]:
                 self.bounds[j] = -np.inf
                 self._forget(j, profile[j], plan)
         return after
 
-    def _respond(self, i: int, profile: Profile, effort: int | None) -> Found:
+    def _respond(self, i: int, profile: Profile, effort: int | None) -> SearchResult:
         """A response to ``effort`` linear programs; more if it takes as many to find a plan."""
         while True:
-            share = self.clock.share(effort)
+            share = self.budget.child(effort)
             found = respond(self.rule, i, profile, self.solver, share)
-            self.clock.take(share)
-            if found.status is not Status.TIME_LIMIT or effort is None or self.clock.out:
+            self.budget.charge(share)
+            if found.status is not Status.NO_INCUMBENT or effort is None or self.budget.out:
                 return found
             effort *= 8
 
@@ -215,7 +215,7 @@ class _Dynamics:
         return [(int(i),) for i in self.order]
 
     def _adopt(
-        self, sweep: int, profile: Profile, found: dict[int, Found], pending: set[int]
+        self, sweep: int, profile: Profile, found: dict[int, SearchResult], pending: set[int]
     ) -> Profile:
         """Replace the plans of those who gain; note costs, bounds and potential."""
         if not found:
@@ -223,7 +223,7 @@ class _Dynamics:
         now = evaluate(self.game, profile, as_given=True)
         plans, costs = list(profile), dict[int, tuple[float, float]]()
         for i, answer in found.items():
-            usable = i not in pending and not now.complaints((i,))
+            usable = i not in pending and not now.violations((i,))
             before = now.weighted(self.rule.weights(i)) if usable else float("inf")
             gains = before - answer.value > self.tolerance
             if gains:
@@ -256,14 +256,14 @@ class _Dynamics:
                 self.game,
                 "nash",
                 status,
-                f"{ADVICE[status]}; {evaluation.complaints()[0]}",
+                f"{ADVICE[status]}; {evaluation.violations()[0]}",
                 trace=tuple(self.trace),
-                seconds=self.clock.spent,
+                seconds=self.budget.spent,
             )
         solution = Solution(
             self.game, "nash", status, ADVICE[status], profile, evaluation, trace=tuple(self.trace)
         )
-        return replace(solution, seconds=self.clock.spent)
+        return replace(solution, seconds=self.budget.spent)
 
     def _settled(self, profile: Profile) -> Solution:
         """Nobody moved in the last sweep, so its bounds are about this very profile.
@@ -278,13 +278,17 @@ class _Dynamics:
         costs = np.array([solution.evaluation.weighted(weights) for weights in charges])
         regret = np.maximum(costs - self.bounds, 0.0)
         if regret.max() > tol.EQUILIBRIUM:
-            solution = replace(solution, status=Status.LIMIT, advice=ADVICE[Status.LIMIT])
+            solution = replace(
+                solution, status=Status.NOT_CONVERGED, advice=ADVICE[Status.NOT_CONVERGED]
+            )
         return replace(solution, regret=regret)
 
-    def _failed(self, profile: Profile, pending: set[int], agent: int, found: Found) -> Solution:
+    def _failed(
+        self, profile: Profile, pending: set[int], agent: int, found: SearchResult
+    ) -> Solution:
         feasible = not pending and evaluate(self.game, profile).feasible
-        if feasible and found.status is Status.TIME_LIMIT:
-            return self._finished(profile, Status.LIMIT)
+        if feasible and found.status is Status.NO_INCUMBENT:
+            return self._finished(profile, Status.NOT_CONVERGED)
         status, advice = explain(self.game, found, (agent,))
         if status is Status.INFEASIBLE:
             advice = (
@@ -292,7 +296,7 @@ class _Dynamics:
                 "theirs; start from another profile or order, or lengthen the horizon"
             )
         return Solution(
-            self.game, "nash", status, advice, trace=tuple(self.trace), seconds=self.clock.spent
+            self.game, "nash", status, advice, trace=tuple(self.trace), seconds=self.budget.spent
         )
 
 

@@ -17,11 +17,11 @@ from ppg_env.errors import InputError
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver
 from solvers.equilibrium.best_response import respond
 from solvers.liability import make_rule
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 
 
 @dataclass(frozen=True)
@@ -67,24 +67,24 @@ def certify(
         If the evaluator does not accept the profile, or an option does not exist.
     """
     rule = make_rule(game, charge)
-    solver, clock = check_solver(solver), Clock(time_limit)
+    solver, budget = check_solver(solver), Budget(time_limit)
     evaluation = evaluate(game, profile)
-    complaints = evaluation.complaints()
-    if complaints:
+    violations = evaluation.violations()
+    if violations:
         raise InputError(
             "profile",
-            f"is no plan to certify, since {complaints[0]}",
+            f"is no plan to certify, since {violations[0]}",
             "certify a plan that a planner returned",
         )
     costs, bounds = [], []
     for i in range(len(game.agents)):
         costs.append(evaluation.weighted(rule.weights(i)))
-        found = respond(rule, i, profile, solver, clock)
+        found = respond(rule, i, profile, solver, budget)
         bounds.append(proved_bound(game, i, costs[-1], found))
     return Certificate(np.array(costs), np.array(bounds))
 
 
-def proved_bound(game: Game, agent: int, cost: float, found: Found) -> float:
+def proved_bound(game: Game, agent: int, cost: float, found: SearchResult) -> float:
     """The bound of a best response, unless the plan in hand refutes it.
 
     A bound above a cost that the evaluator found is a back end's error; what is left then is

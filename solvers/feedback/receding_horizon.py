@@ -12,14 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ppg_env.env.players import Homing, Player, Tracker, View
+from ppg_env.env.players import GoToGoal, Player, Tracker, View
 from ppg_env.errors import InputError, require
 from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import later
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.support.frozen import frozen_array
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, minimise
 
 
@@ -52,7 +52,7 @@ class RecedingHorizon:
         require(every >= 1, "every", f"is {every}", "plan at least every step")
         self._game, self._agent, self._profile = game, agent, profile
         self._every, self._solver, self._limit = every, solver, time_limit
-        self._homing, self._first = Homing(game, agent), Tracker(game, agent, profile[agent])
+        self._homing, self._first = GoToGoal(game, agent), Tracker(game, agent, profile[agent])
         self._plans: dict[int, tuple[int, Plan]] = {}
 
     def act(self, view: View) -> np.ndarray:
@@ -83,7 +83,9 @@ class RecedingHorizon:
         for i, agent in enumerate(game.agents):
             state = view.state[copy, i, : agent.state_dim]
             to_come = later(agent.control, t)
-            agents.append(replace(agent, start=state, control=to_come, sigma0=0.0))
+            agents.append(
+                replace(agent, start=state, control=to_come, sigma0=np.zeros_like(agent.sigma0))
+            )
             plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
         for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
             try:
@@ -91,8 +93,8 @@ class RecedingHorizon:
             except InputError:  # bodies overlap already: there is nothing left to plan
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)
-            weights, clock = objective.selfish(now, self._agent), Clock(self._limit)
-            found = minimise(now, (self._agent,), weights, given, self._solver, clock)
+            weights, budget = objective.selfish(now, self._agent), Budget(self._limit)
+            found = minimise(now, (self._agent,), weights, given, self._solver, budget)
             if found.profile is not None:
                 self._plans[copy] = (t, found.profile[self._agent])
                 return

@@ -20,7 +20,7 @@ from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import minimise
 from solvers.engine.fixed_arrival_lp import INF
 from solvers.engine.refine import polish
@@ -51,7 +51,7 @@ def descent(
     game: Game,
     charge: str,
     solver: str,
-    clock: Clock,
+    budget: Budget,
     seed: int = 0,
     progress: Callable[[float], None] = lambda value: None,
 ) -> Profile | None:
@@ -60,7 +60,7 @@ def descent(
     ``pigou`` has the social cost for a potential.  ``progress`` is called with the value of every
     better one.
     """
-    search = _Descent(game, charge, solver, clock, seed, progress)
+    search = _Descent(game, charge, solver, budget, seed, progress)
     if not search.start():
         return None
     search.run()
@@ -75,11 +75,11 @@ class _Descent:
         game: Game,
         charge: str,
         solver: str,
-        clock: Clock,
+        budget: Budget,
         seed: int,
         progress: Callable[[float], None],
     ) -> None:
-        self.game, self.charge, self.solver, self.clock = game, charge, solver, clock
+        self.game, self.charge, self.solver, self.budget = game, charge, solver, budget
         self.progress, self.random = progress, np.random.default_rng(seed)
         self.rule = make_rule(game, charge)
         assert self.rule.potential is not None
@@ -99,7 +99,7 @@ class _Descent:
                 charge=charge,
                 max_sweeps=SWEEPS,
                 solver=self.solver,
-                time_limit=self.clock.left,
+                time_limit=self.budget.left,
             )
             if found.profile is not None:
                 self._keep(found.profile, self._worth(found.profile))
@@ -117,11 +117,11 @@ class _Descent:
         """So many rounds from the best profile on, while ``heat`` falls to nothing."""
         profile, value = self.profile, self.value
         for k in range(rounds):
-            if self.clock.out:
+            if self.budget.out:
                 return
             tried = self._repaired(profile, self._neighbours(profile))
             worth = INF if tried is None else self._worth(tried)
-            left = heat * (1 - max(k / rounds, self.clock.gone))
+            left = heat * (1 - max(k / rounds, self.budget.fraction_used))
             if tried is not None and worth <= value + left * self.random.exponential():
                 profile, value = tried, worth
                 if self._keep(tried, worth):
@@ -130,13 +130,13 @@ class _Descent:
     def _worth(self, profile: Profile) -> float:
         """What a profile costs; infinite if it is not feasible."""
         judged = evaluate(self.game, profile)
-        return INF if judged.complaints() else judged.weighted(self.weights)
+        return INF if judged.violations() else judged.weighted(self.weights)
 
     def _keep(self, profile: Profile, worth: float) -> bool:
         """Take a profile, polished, if what it is worth is less than the best."""
         if worth > self.value - tol.IMPROVEMENT:
             return False
-        self.profile = polish(self.game, profile, self.weights, self.clock)
+        self.profile = polish(self.game, profile, self.weights, self.budget)
         self.value = self._worth(self.profile)
         self.progress(self.value)
         return True
@@ -158,9 +158,9 @@ class _Descent:
         for i in group:
             plans[i] = absent(self.game.agents[i], self.game.horizon)
         for i in group + group:
-            share = self.clock.share(EFFORTS[1])
+            share = self.budget.child(EFFORTS[1])
             found = respond(self.rule, i, tuple(plans), self.solver, share)
-            self.clock.take(share)
+            self.budget.charge(share)
             if found.profile is None:
                 return None
             plans[i] = found.profile[i]
@@ -176,9 +176,9 @@ class _Descent:
 
     def _planned(self, pair: tuple[int, int]) -> bool:
         """Whether a joint plan of two is cheaper; it is then taken."""
-        if self.clock.out:
+        if self.budget.out:
             return False
-        share = self.clock.share(EFFORTS[2])
+        share = self.budget.child(EFFORTS[2])
         found = minimise(self.game, pair, self.weights, self.profile, self.solver, share)
-        self.clock.take(share)
+        self.budget.charge(share)
         return found.profile is not None and self._keep(found.profile, self._worth(found.profile))

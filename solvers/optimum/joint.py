@@ -20,14 +20,14 @@ from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 from solvers.equilibrium.certificate import certify
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status
 
 BOUND_SHARE = 0.3
@@ -70,9 +70,9 @@ def social_optimum(
     progress
         Called with every better value and bound.
     """
-    clock = Clock(time_limit, node_limit)
+    budget = Budget(time_limit, node_limit)
     weights = objective.social(game)
-    return _joint(game, "social", "social_cost", weights, "pigou", solver, clock, seed, progress)
+    return _joint(game, "social", "social_cost", weights, "pigou", solver, budget, seed, progress)
 
 
 def potential_equilibrium(
@@ -90,15 +90,15 @@ def potential_equilibrium(
     agents, the plan may stop short of the minimum; ``regret`` then still holds for the plan
     returned.  Parameters as for :func:`social_optimum`.
     """
-    clock = Clock(time_limit, node_limit)
+    budget = Budget(time_limit, node_limit)
     weights = objective.potential(game)
     solution = _joint(
-        game, "potential", "potential", weights, "selfish", solver, clock, seed, progress
+        game, "potential", "potential", weights, "selfish", solver, budget, seed, progress
     )
     if solution.profile is None:
         return solution
-    proof = certify(game, solution.profile, solver=solver, time_limit=clock.left)
-    return replace(solution, regret=proof.regret, seconds=clock.spent)
+    proof = certify(game, solution.profile, solver=solver, time_limit=budget.left)
+    return replace(solution, regret=proof.regret, seconds=budget.spent)
 
 
 def _joint(
@@ -108,17 +108,17 @@ def _joint(
     weights: Weights,
     charge: str,
     solver: str,
-    clock: Clock,
+    budget: Budget,
     seed: int,
     progress: Progress | None,
 ) -> Solution:
     solver, everybody = check_solver(solver), range(len(game.agents))
     tell = progress or (lambda what, value: None)
     if len(game.agents) > MOST_EXACT and solver == ENGINE:
-        found = _approach(game, weights, charge, clock, seed, tell)
+        found = _approach(game, weights, charge, budget, seed, tell)
     else:
-        known = _known(game, charge, clock) if solver == ENGINE else None
-        found = minimise(game, everybody, weights, known, solver, clock, tell)
+        known = _known(game, charge, budget) if solver == ENGINE else None
+        found = minimise(game, everybody, weights, known, solver, budget, tell)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,
@@ -130,36 +130,36 @@ def _joint(
         minimised,
         found.value,
         found.bound,
-        seconds=clock.spent,
+        seconds=budget.spent,
     )
 
 
-def _known(game: Game, charge: str, clock: Clock) -> Profile | None:
+def _known(game: Game, charge: str, budget: Budget) -> Profile | None:
     """Plans by best responses, for games in which the exact search may take long to find some."""
     if len(game.agents) <= SOON:
         return None
-    first = best_response_dynamics(game, charge=charge, max_sweeps=2, time_limit=clock.left)
+    first = best_response_dynamics(game, charge=charge, max_sweeps=2, time_limit=budget.left)
     return first.profile
 
 
 def _approach(
-    game: Game, weights: Weights, charge: str, clock: Clock, seed: int, tell: Progress
-) -> Found:
+    game: Game, weights: Weights, charge: str, budget: Budget, seed: int, tell: Progress
+) -> SearchResult:
     """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
 
     Where that finds no plan at all, the exact search has the rest of the time.
     """
     if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
-        return Found(Status.UNREACHABLE, float("inf"))
-    share = Clock(None if clock.left is None else clock.left * BOUND_SHARE)
+        return SearchResult(Status.UNREACHABLE, float("inf"))
+    share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
     bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
-    profile = descent(game, charge, ENGINE, clock, seed, lambda value: tell("value", value))
-    if profile is None and clock.out:
-        return Found(Status.TIME_LIMIT, bound)
+    profile = descent(game, charge, ENGINE, budget, seed, lambda value: tell("value", value))
+    if profile is None and budget.out:
+        return SearchResult(Status.NO_INCUMBENT, bound)
     if profile is None:
-        return minimise(game, range(len(game.agents)), weights, None, ENGINE, clock, tell)
+        return minimise(game, range(len(game.agents)), weights, None, ENGINE, budget, tell)
     evaluation = evaluate(game, profile)
     value = evaluation.weighted(weights)
     proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))
     status = Status.OPTIMAL if proved else Status.FEASIBLE
-    return Found(status, bound, profile, evaluation, value, "" if proved else APPROACHED)
+    return SearchResult(status, bound, profile, evaluation, value, "" if proved else APPROACHED)

@@ -25,9 +25,9 @@ from scipy.sparse import coo_array
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Weights
 from ppg_env.game.reachability import earliest_arrival
-from solvers.budget import Clock
-from solvers.engine.cuts import Lemmas, concerned
-from solvers.engine.presolve import Task
+from solvers.budget import Budget
+from solvers.engine.cuts import CutPool, concerned
+from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import symmetries
 
 STATES = 6
@@ -38,25 +38,25 @@ PATIENCE = 60.0
 
 
 def pair_bound(
-    game: Game, weights: Weights, clock: Clock, progress: Callable[[float], None] | None = None
+    game: Game, weights: Weights, budget: Budget, progress: Callable[[float], None] | None = None
 ) -> float:
     """Lower bound on the weighted cost of any feasible profile; -inf if a goal is out of reach.
 
     ``progress`` is called with every better bound.
     """
-    return _Pairs(game, weights, clock).solve(progress or (lambda bound: None))
+    return _Pairs(game, weights, budget).solve(progress or (lambda bound: None))
 
 
 class _Pairs:
     """The choice of arrivals, and the pair values known so far."""
 
-    def __init__(self, game: Game, weights: Weights, clock: Clock) -> None:
+    def __init__(self, game: Game, weights: Weights, budget: Budget) -> None:
         everybody = tuple(range(len(game.agents)))
-        task = Task(game, everybody, weights, {})
-        self._game, self._weights, self._clock = game, weights, clock
-        self._lemmas = Lemmas(task, symmetries(game, weights), clock)
+        subproblem = Subproblem(game, everybody, weights, {})
+        self._game, self._weights, self._budget = game, weights, budget
+        self._cuts = CutPool(subproblem, symmetries(game, weights), budget)
         self._first = [earliest_arrival(agent, game.horizon) for agent in game.agents]
-        self._edges = [e for e in concerned(task) if weights.encounter[e] > 0]
+        self._edges = [e for e in concerned(subproblem) if weights.encounter[e] > 0]
         self._known: dict[tuple[int, tuple[int, ...]], float] = {}
 
     def solve(self, progress: Callable[[float], None]) -> float:
@@ -76,7 +76,7 @@ class _Pairs:
                 if not missing:
                     break
                 for e, states in missing:
-                    if self._clock.out:
+                    if self._budget.out:
                         return best
                     self._known[e, states] = self._value(e, states)
         return best
@@ -89,7 +89,7 @@ class _Pairs:
         if STATES - 1 in states:
             return 0.0
         arrivals = {i: self._time(i, s) for i, s in zip(agents, states, strict=True)}
-        value = self._lemmas.value((e,), arrivals)
+        value = self._cuts.value((e,), arrivals)
         return FORBIDDEN if value == np.inf else max(value, 0.0)
 
     def _choose(self, whole: bool) -> tuple[float, list[tuple[int, tuple[int, ...]]]] | None:
@@ -119,7 +119,7 @@ class _Pairs:
                     mine = [(places[e, st], 1.0) for st in self._states(e) if st[k] == s]
                     row([*mine, (i * STATES + s, -1.0)], 0.0)
         matrix = coo_array((values, (rows, columns)), shape=(len(right), len(costs)))
-        seconds = PATIENCE if self._clock.left is None else min(PATIENCE, self._clock.left)
+        seconds = PATIENCE if self._budget.left is None else min(PATIENCE, self._budget.left)
         answer: OptimizeResult = milp(
             np.array(costs),
             integrality=np.concatenate(

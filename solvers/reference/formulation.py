@@ -11,7 +11,8 @@ face choice z_etp in {0,1}.
                 sum_p z_etp >= 1 - D_it - D_jt            (an arrived agent is out of traffic)
                 l_et >= c(q) + c'(q) (s_et - q) - c(M') (D_it + D_jt)      for tangent points q
 
-with unit = sqrt(2) sigma_p(t), c the loss of :mod:`ppg_env.game.objective` (one tangent is exact for
+with unit = sqrt(2) sigma_p(t), c the loss of :mod:`ppg_env.game.objective` (one tangent is exact
+for
 ``margin``), and every M the smallest that the reachable sets allow.
 
     MP1   one mover, static obstacles         (best_response in a game of one agent)

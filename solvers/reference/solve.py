@@ -14,10 +14,10 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.plan import Plan, Profile, make_plan
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.reference import cvxpy_backend as backend
 from solvers.reference.formulation import Program
-from solvers.search_result import Found
+from solvers.search_result import SearchResult
 from solvers.solution import Status
 
 ROUNDS = 12
@@ -27,33 +27,33 @@ POLISHES = 8
 """Most linear programs between two of them."""
 
 
-def search(program: Program, given: Profile | None, solver: str, clock: Clock) -> Found:
+def search(program: Program, given: Profile | None, solver: str, budget: Budget) -> SearchResult:
     """Minimise ``program`` with the other agents' plans ``given`` (None when all agents move)."""
     if any(mover.earliest is None for mover in program.movers.values()):
-        return Found(Status.UNREACHABLE, float("inf"))
+        return SearchResult(Status.UNREACHABLE, float("inf"))
     program.update(given)
     floor = sum(
         program.weights.time[i] * (mover.earliest or 0) for i, mover in program.movers.items()
     )
-    best = Found(Status.TIME_LIMIT, float(floor))
+    best = SearchResult(Status.NO_INCUMBENT, float(floor))
     for _ in range(ROUNDS):
-        if clock.out:
+        if budget.out:
             break
         program.release()
-        answer = backend.solve(program.problem, solver, clock.left)
+        answer = backend.solve(program.problem, solver, budget.left)
         if answer.outcome == "infeasible" and best.profile is None:
-            return Found(Status.INFEASIBLE, float("inf"))
+            return SearchResult(Status.INFEASIBLE, float("inf"))
         bound = max(best.bound, answer.bound) if np.isfinite(answer.bound) else best.bound
-        point = _polished(program, given, solver, clock) if answer.has_point else None
+        point = _polished(program, given, solver, budget) if answer.has_point else None
         if point is None or point.value >= best.value:
             point = best
-        best = Found(
+        best = SearchResult(
             Status.FEASIBLE, bound, point.profile, point.evaluation, point.value, answer.detail
         )
         if best.profile is None:
             lost = answer.has_point or answer.outcome == "error"
-            status = Status.ERROR if lost else Status.TIME_LIMIT
-            return Found(status, bound, detail=answer.detail)
+            status = Status.ERROR if lost else Status.NO_INCUMBENT
+            return SearchResult(status, bound, detail=answer.detail)
         agreed = best.value - bound <= tol.REFINEMENT * max(1.0, abs(best.value))
         if agreed and answer.outcome == "optimal":
             return _with_status(best, Status.OPTIMAL)
@@ -62,16 +62,20 @@ def search(program: Program, given: Profile | None, solver: str, clock: Clock) -
     return best
 
 
-def _with_status(found: Found, status: Status) -> Found:
-    return Found(status, found.bound, found.profile, found.evaluation, found.value, found.detail)
+def _with_status(found: SearchResult, status: Status) -> SearchResult:
+    return SearchResult(
+        status, found.bound, found.profile, found.evaluation, found.value, found.detail
+    )
 
 
-def _polished(program: Program, given: Profile | None, solver: str, clock: Clock) -> Found | None:
+def _polished(
+    program: Program, given: Profile | None, solver: str, budget: Budget
+) -> SearchResult | None:
     """The best accepted plan with the incumbent's discrete decisions; None if there is none."""
     best = _judged(program, given)
     program.fix(program.decisions())
     for _ in range(POLISHES):
-        left = None if clock.left is None else max(clock.left, 1.0)  # a linear program: grant it
+        left = None if budget.left is None else max(budget.left, 1.0)  # a linear program: grant it
         if not backend.solve(program.problem, solver, left).has_point:
             break
         found = _judged(program, given)
@@ -83,7 +87,7 @@ def _polished(program: Program, given: Profile | None, solver: str, clock: Clock
     return best
 
 
-def _judged(program: Program, given: Profile | None) -> Found | None:
+def _judged(program: Program, given: Profile | None) -> SearchResult | None:
     """The program's current controls as plans, if the evaluator accepts them."""
     plans: list[Plan] = []
     for i, agent in enumerate(program.game.agents):
@@ -94,10 +98,10 @@ def _judged(program: Program, given: Profile | None) -> Found | None:
             plans.append(given[i])
     # The given plans may be predictions; the movers' were made from their controls just now.
     evaluation = evaluate(program.game, tuple(plans), as_given=True)
-    if evaluation.complaints(program.movers):
+    if evaluation.violations(program.movers):
         return None
     value = evaluation.weighted(program.weights)
-    return Found(Status.FEASIBLE, float("-inf"), tuple(plans), evaluation, value)
+    return SearchResult(Status.FEASIBLE, float("-inf"), tuple(plans), evaluation, value)
 
 
 def _refine(program: Program) -> float:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines import judge
+from baselines import evaluate_runs
 from baselines.evaluate_runs import over_runs
 from ppg_env import Game, InputError
 from ppg_env.env import episodes as arena
-from ppg_env.env.players import Homing, straight_players
+from ppg_env.env.players import GoToGoal, straight_players
 
 
 def test_run_r_plays_group_r(game: Game) -> None:
-    runs = [straight_players(game), [Homing(game, 0), Homing(game, 1)]]
-    judged = judge(game, runs, 200, seed=3)
+    runs = [straight_players(game), [GoToGoal(game, 0), GoToGoal(game, 1)]]
+    judged = evaluate_runs(game, runs, 200, seed=3)
     for r, group in enumerate(judged.groups):
         alone = arena.evaluate(game, runs[r], 100, 3, group=r)
         np.testing.assert_array_equal(group.cost, alone.cost)
@@ -28,11 +28,11 @@ def test_run_r_plays_group_r(game: Game) -> None:
 
 
 def test_one_run_plays_all_groups(game: Game) -> None:
-    judged = judge(game, [straight_players(game)], 301, groups=3)
+    judged = evaluate_runs(game, [straight_players(game)], 301, groups=3)
     assert [len(group.cost) for group in judged.groups] == [101, 101, 101]
     assert judged.summary.crash_any.samples == 303
     with pytest.raises(InputError, match="runs"):
-        judge(game, [straight_players(game)] * 2, 300, groups=3)
+        evaluate_runs(game, [straight_players(game)] * 2, 300, groups=3)
 
 
 def test_the_interval_over_runs_covers_as_often_as_it_says() -> None:

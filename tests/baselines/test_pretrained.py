@@ -7,7 +7,7 @@ import shlex
 import numpy as np
 import pytest
 
-from baselines import find_pretrained, judge, read_learned
+from baselines import evaluate_runs, find_pretrained, read_learned
 from baselines.pretrained import PLAYERS, available
 from ppg_env import InputError, make_game
 from ppg_env.formats.game_file import game_from_tables
@@ -49,7 +49,7 @@ def test_published_figures_are_replayed(path) -> None:
     row = figures[1]
     game = override_game(game_from_tables(learned.about["game"], "game"), lam=row["lam"])
     runs = [learned.players(game, r) for r in range(len(learned.runs))]
-    judged = judge(game, runs, EPISODES * len(runs), seed=99)
+    judged = evaluate_runs(game, runs, EPISODES * len(runs), seed=99)
     for r, group in enumerate(judged.groups):
         crash = max(row["crash_probability_runs"][r], 1 / row["episodes"])
         unsure = 5 * np.sqrt(crash * (1 - crash) / EPISODES)
@@ -72,5 +72,5 @@ def test_a_replay_would_notice_other_weights() -> None:
     game = make_game("intersection", speed="l1")
     right, wrong = (find_pretrained(p, game) for p in PLAYERS)
     figures = right.about["figures"][1]["expected_cost_runs"]
-    judged = judge(game, [wrong.players(game, r) for r in range(5)], 5 * EPISODES, seed=99)
+    judged = evaluate_runs(game, [wrong.players(game, r) for r in range(5)], 5 * EPISODES, seed=99)
     assert np.abs(judged.costs - figures).max() > 0.02

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines import Learned, judge, train_players
+from baselines import Learned, evaluate_runs, train_players
 from baselines.train import METHODS
 from ppg_env import Agent, Game, InputError, Polytope, make_game
 from ppg_env.env.players import straight_players
@@ -64,7 +64,7 @@ def test_every_method_trains_players_of_any_game(make, method: str, sharing: str
     assert found.fits(game)
     (row,) = found.about["figures"]
     assert row["lam"] == [0.2, 0.6]
-    judged = judge(game, [found.players(game)], 100)
+    judged = evaluate_runs(game, [found.players(game)], 100)
     assert np.isfinite(judged.costs).all()
 
 
@@ -72,10 +72,10 @@ def test_every_method_trains_players_of_any_game(make, method: str, sharing: str
 def test_ppo_learns_to_give_way() -> None:
     """From straight lines, which always crash, to hardly any crash, in a few seconds."""
     game = make_game("intersection", speed="l1")
-    straight = judge(game, [straight_players(game)], 2000)
+    straight = evaluate_runs(game, [straight_players(game)], 2000)
     assert straight.crashes[0] > 0.99
     found = train_players(game, steps=400_000, seeds=[0])
-    judged = judge(game, [found.players(game)], 2000)
+    judged = evaluate_runs(game, [found.players(game)], 2000)
     assert judged.crashes[0] < 0.05
     assert judged.successes[0] > 0.95
     assert judged.costs[0] < 0.2 * straight.costs[0]

@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from baselines import GameVecEnv
 from ppg_env import Game, Polytope, SingleAgentEnv, make_game, parallel_env
-from ppg_env.env.players import Homing
+from ppg_env.env.players import GoToGoal
 from ppg_env.env.rules import Rules
 
 
@@ -37,7 +37,7 @@ def test_it_is_the_pettingzoo_environment_in_slots(sharing: str) -> None:
     random = np.random.default_rng(3)
     seen, _ = env.reset(seed=0)
     slots = bridge.reset().reshape(2, 3, -1)
-    homing = [Homing(game, i) for i in range(3)]
+    homing = [GoToGoal(game, i) for i in range(3)]
     for _ in range(60):
         for i, name in enumerate(names):
             if name in env.agents:
@@ -104,7 +104,7 @@ def test_time_that_runs_out_is_told_to_those_in_traffic_only() -> None:
     for bootstrap in (True, False):
         env = GameVecEnv(game, Rules(max_cycles=12), 4, bootstrap=bootstrap)
         env.reset()
-        homing = Homing(game, 0)
+        homing = GoToGoal(game, 0)
         for _ in range(12):
             action = np.zeros((4, 2, 2))
             action[:, 0] = env.normalised(0, homing.act(env.simulator.view(0)))

@@ -52,7 +52,7 @@ def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
     def run_again(*_):
         raise AssertionError("all rows are stored")
 
-    monkeypatch.setattr(learned, "judge", run_again)
+    monkeypatch.setattr(learned, "evaluate_runs", run_again)
     again = ppg("study", "learned", *FEW, "--json").json
     assert again["rows"] == stored
     assert ppg("study", "learned", *FEW).out == done.out
@@ -68,13 +68,13 @@ def test_rows_do_not_depend_on_the_number_of_processes(ppg, tmp_path):
 
 def test_the_figures_of_a_cell_are_those_of_the_runs():
     """A learner's cost is the mean over its runs, each in its own group of episodes."""
-    from baselines.evaluate_runs import judge
+    from baselines.evaluate_runs import evaluate_runs
 
     cell = learned.Cell("parallel", "l1", 0.5)
     found = learned.run_cell(cell, 500, seed=2)["players"]["ppo-social"]
     game = cell.game()
     social = find_pretrained("ppo-social", game)
-    judged = judge(game, [social.players(game, r) for r in range(5)], 500, seed=2)
+    judged = evaluate_runs(game, [social.players(game, r) for r in range(5)], 500, seed=2)
     assert found["cost"]["value"] == pytest.approx(float(np.mean(judged.costs)))
 
 

@@ -27,7 +27,7 @@ class Judgement:
     potential: float
 
 
-def judge(game: Game, controls: list[np.ndarray]) -> Judgement:
+def slow_evaluation(game: Game, controls: list[np.ndarray]) -> Judgement:
     count, cap, steps = len(game.agents), game.margin_cap, range(game.horizon + 1)
     means, arrival = [], []
     for agent, rows in zip(game.agents, controls, strict=True):

@@ -10,7 +10,7 @@ from ppg_env.game import objective
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.reachability import earliest_arrival
 from solvers import best_response, certify, potential_equilibrium, social_optimum
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.symmetry import symmetries
 from solvers.solution import Status
@@ -75,12 +75,12 @@ def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
 def test_a_bound_never_passes_the_optimum_however_early_the_search_stops(seed):
     game = mixed_game(seed).game
     weights = objective.social(game)
-    optimum = engine_search(game, (0, 1), weights, None, Clock(None))
+    optimum = engine_search(game, (0, 1), weights, None, Budget(None))
     for nodes in (0, 1, 2, 3, 5, 8, 13, 21, 34):
-        found = engine_search(game, (0, 1), weights, None, Clock(None, nodes))
+        found = engine_search(game, (0, 1), weights, None, Budget(None, nodes))
         assert found.bound <= optimum.value + 1e-7
         if found.profile is not None:
-            assert evaluate(game, found.profile).complaints() == ()
+            assert evaluate(game, found.profile).violations() == ()
             assert found.value >= optimum.value - 1e-7
 
 
@@ -91,9 +91,9 @@ WALLED = [seed for seed in range(60) if mixed_game(seed).game.obstacles][:12]
 def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     game = mixed_game(seed).game
     weights = objective.social(game)
-    plain = engine_search(game, (0, 1), weights, None, Clock(None))
+    plain = engine_search(game, (0, 1), weights, None, Budget(None))
     monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
-    advised = engine_search(game, (0, 1), weights, None, Clock(None))
+    advised = engine_search(game, (0, 1), weights, None, Budget(None))
     assert advised.status is plain.status
     assert advised.value == pytest.approx(plain.value, rel=1e-7, abs=1e-7)
     assert advised.bound == pytest.approx(plain.bound, rel=1e-7, abs=1e-7)
@@ -103,7 +103,7 @@ def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the
     # Time costs nothing here, so every arrival has to be proved; without the prices of walls the
     # bound is at 48 after 5,000 programs.
     game = mixed_game(252).game
-    found = engine_search(game, (0, 1), objective.social(game), None, Clock(None, 3000))
+    found = engine_search(game, (0, 1), objective.social(game), None, Budget(None, 3000))
     assert found.status is Status.OPTIMAL
     assert found.value == pytest.approx(121.2131119, abs=1e-6)  # as HiGHS found, in 13 s
 
@@ -114,7 +114,7 @@ def test_drawn_plans_are_no_better_than_a_response_and_arrive_no_earlier_than_po
     game, judged = mixed.game, evaluate(mixed.game, mixed.profile)
     for i, agent in enumerate(game.agents):
         assert mixed.profile[i].arrival >= earliest_arrival(agent, game.horizon)
-        if not judged.complaints((i,)):
+        if not judged.violations((i,)):
             response = best_response(game, i, mixed.profile)
             near = 1e-6 * max(1.0, judged.shifted_cost[i])
             assert response.value <= judged.shifted_cost[i] + near

@@ -17,7 +17,7 @@ from solvers import (
     potential_equilibrium,
     social_optimum,
 )
-from tests.oracles.slow_evaluator import judge
+from tests.oracles.slow_evaluator import slow_evaluation
 
 HEXAGON = Polytope.disc(7.0, 6)
 KITE = Polytope.from_vertices([[0, 8], [-5, 0], [0, -6], [5, 0]])
@@ -43,7 +43,7 @@ def test_polygons_and_an_obstacle_are_planned_and_priced_as_two_evaluators_say(o
     for solution in (social, potential):
         assert solution.status is Status.OPTIMAL
         assert solution.evaluation.feasible
-        found = judge(game, [plan.controls for plan in solution.profile])
+        found = slow_evaluation(game, [plan.controls for plan in solution.profile])
         np.testing.assert_allclose(solution.evaluation.shifted_cost, found.shifted_cost, atol=1e-6)
     assert social.value == pytest.approx(social.evaluation.shifted_cost.sum(), abs=1e-6)
     assert potential.value == pytest.approx(found.potential, abs=1e-6)
@@ -58,7 +58,7 @@ def test_three_polygons_and_an_obstacle_come_to_an_equilibrium(objective):
     solution = best_response_dynamics(game, start="sequential")
     assert solution.status is Status.EQUILIBRIUM
     assert solution.regret.max() <= 1e-5
-    found = judge(game, [plan.controls for plan in solution.profile])
+    found = slow_evaluation(game, [plan.controls for plan in solution.profile])
     np.testing.assert_allclose(solution.evaluation.shifted_cost, found.shifted_cost, atol=1e-6)
 
 
@@ -69,7 +69,7 @@ def test_one_agent_among_obstacles_is_priced_as_two_evaluators_say(objective, sp
     alone = best_response(game, 0)
     assert alone.status is Status.OPTIMAL
     assert alone.evaluation.feasible
-    found = judge(game, [alone.profile[0].controls])
+    found = slow_evaluation(game, [alone.profile[0].controls])
     assert alone.value == pytest.approx(found.shifted_cost[0], abs=1e-6)
 
 
@@ -194,7 +194,7 @@ def test_two_cars_at_a_crossing_reach_an_equilibrium(objective, whole):
     for solution in (social_optimum(game), potential_equilibrium(game)):
         assert solution.status is Status.OPTIMAL
         assert solution.evaluation.feasible
-        found = judge(game, [plan.controls for plan in solution.profile])
+        found = slow_evaluation(game, [plan.controls for plan in solution.profile])
         np.testing.assert_allclose(solution.evaluation.shifted_cost, found.shifted_cost, atol=1e-6)
         for agent, plan in zip(game.agents, solution.profile, strict=True):
             there = plan.means[plan.arrival][: agent.goal.size]

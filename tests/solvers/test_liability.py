@@ -133,7 +133,7 @@ def test_who_has_the_way_must_still_not_fly_through_others(solver):
     found = best_response(game, 0, straight, charge="right-of-way", solver=solver)
     assert found.status is Status.OPTIMAL
     assert found.evaluation.feasible
-    assert evaluate(game, straight).complaints()
+    assert evaluate(game, straight).violations()
     assert found.value == pytest.approx(0.5 * found.evaluation.arrival[0])
     way = 85 + 2 * 15  # to the goal, and a body's width aside and back
     assert found.evaluation.arrival[0] == -(-way // 10)

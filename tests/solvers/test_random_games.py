@@ -14,7 +14,7 @@ from solvers import (
     potential_equilibrium,
     social_optimum,
 )
-from tests.oracles.slow_evaluator import judge
+from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import plays
 
 HORIZON = 7
@@ -26,7 +26,7 @@ def test_a_best_response_beats_the_plan_that_was_drawn(play):
     game, profile = play.game, play.profile
     judged = evaluate(game, profile)
     for i in range(len(game.agents)):
-        if judged.complaints((i,)):
+        if judged.violations((i,)):
             continue
         cost = judged.shifted_cost[i]
         near = 1e-6 * max(1.0, cost)
@@ -34,7 +34,7 @@ def test_a_best_response_beats_the_plan_that_was_drawn(play):
         assert solution.status is Status.OPTIMAL
         assert solution.value <= cost + near
         assert solution.bound <= cost + near
-        assert solution.evaluation.complaints((i,)) == ()
+        assert solution.evaluation.violations((i,)) == ()
 
 
 @settings(max_examples=10)
@@ -47,7 +47,7 @@ def test_the_social_optimum_beats_the_profile_that_was_drawn(play):
     assert solution.status is Status.OPTIMAL
     assert solution.value <= judged.social_cost + near
     assert solution.bound <= judged.social_cost + near
-    found = judge(game, [plan.controls for plan in solution.profile])
+    found = slow_evaluation(game, [plan.controls for plan in solution.profile])
     assert solution.value == pytest.approx(sum(found.shifted_cost), rel=1e-6, abs=1e-6)
 
 
@@ -115,7 +115,7 @@ def test_none_of_many_drawn_plans_beats_a_best_response(seed):
         if plan is None:
             continue
         judged = evaluate(game, (plan, *profile[1:]))
-        if not judged.complaints((0,)):
+        if not judged.violations((0,)):
             sound += 1
             assert solution.value <= judged.shifted_cost[0] + 1e-6
             assert solution.bound <= judged.shifted_cost[0] + 1e-6

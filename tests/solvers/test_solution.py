@@ -16,7 +16,7 @@ def test_every_status_has_advice_of_its_own():
 
 
 def test_a_status_prints_as_its_plain_word():
-    assert f"{Status.TIME_LIMIT}" == "time_limit"
+    assert f"{Status.NO_INCUMBENT}" == "time_limit"
     assert Status("optimal") is Status.OPTIMAL
 
 

@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, Page, expect
 from benchmarks.reproduction.curves import make_panel
 from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
 from benchmarks.reproduction.page import embedded, write_page
-from benchmarks.reproduction.run import Reproduction, judge, reproduce
+from benchmarks.reproduction.run import Reproduction, judge_claims, reproduce
 from benchmarks.sweeps import Row, Store
 
 SIDES = ("selfish", "social")
@@ -300,7 +300,7 @@ def test_a_cell_without_result_says_why(browser, found, tmp_path):
     plans[BEST_RESPONSE] = [failed, *others]
     panels = found.panels | {place: make_panel(place, found.extent.lams, plans)}
     path = tmp_path / "failed.html"
-    write_page(Reproduction(found.extent, panels, judge(panels)), str(path))
+    write_page(Reproduction(found.extent, panels, judge_claims(panels)), str(path))
     with reading(browser, path) as page:
         choose(page, place, BEST_RESPONSE)
         slide(page, "lam", 0)

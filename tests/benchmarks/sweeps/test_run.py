@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from benchmarks.comparison.compare import compare, comparison_report
-from benchmarks.comparison.players import Limits
+from benchmarks.comparison.players import PlannerOptions
 from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.run import part, play
 from benchmarks.sweeps.workers import Died, each_done
@@ -36,7 +36,7 @@ def test_a_row_says_what_compare_says(store):
     fields = {"speed": "l1", "lam": 0.8, "objective": "risk"}
     (row,) = sweep([Cell("head_on", "social", fields, episodes=3000, seed=4)], store)
     game = make_game("head_on", **fields)
-    rows = compare(game, ["social"], 3000, Limits(seed=4))
+    rows = compare(game, ["social"], 3000, PlannerOptions(seed=4))
     (told,) = comparison_report(game, rows, "schedule", 3000, 4)["rows"]
     assert row.arrival == told["arrival"]
     assert row.shifted_cost == list(told["shifted_cost"])
@@ -81,7 +81,7 @@ def test_groups_give_planners_the_noise_of_learners(store):
     assert (learned.runs, planned.runs) == (5, 1)
     assert learned.over_runs is not None
     game = base.game
-    rows = compare(game, ["ppo-social", "social"], 100, Limits(), arena="env")
+    rows = compare(game, ["ppo-social", "social"], 100, PlannerOptions(), arena="env")
     assert [learned.expected_cost, planned.expected_cost] == [
         row.played.expected_cost.value for row in rows
     ]

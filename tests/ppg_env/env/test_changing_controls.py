@@ -7,7 +7,7 @@ import pytest
 
 from ppg_env import Game, Polytope, make_game, straight_plan
 from ppg_env.env.parallel_env import PathPlanningEnv
-from ppg_env.env.players import Homing, Player, straight_players, track
+from ppg_env.env.players import GoToGoal, Player, straight_players, track
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.game.input_sets import excess
@@ -39,7 +39,7 @@ def played(game: Game, players: list[Player], copies: int = 1) -> np.ndarray:
 def test_homing_makes_the_most_of_the_set_that_holds(control: object, late: int) -> None:
     """It looks no further ahead: where sets shrink it may save a little too much at first."""
     game = make_game("parallel", noise=0.0, control=control, horizon=30)
-    actions = played(game, [Homing(game, i) for i in range(2)])
+    actions = played(game, [GoToGoal(game, i) for i in range(2)])
     straight = [straight_plan(mover, game.horizon).arrival for mover in game.agents]
     assert max(straight) <= len(actions) <= max(straight) + late
     for i, mover in enumerate(game.agents):
@@ -49,7 +49,7 @@ def test_homing_makes_the_most_of_the_set_that_holds(control: object, late: int)
 
 def test_homing_looks_at_the_clock_of_every_copy() -> None:
     game = make_game("parallel", control=TIRING)
-    homing, states = Homing(game, 0), np.tile(game.agents[0].start, (4, 1))
+    homing, states = GoToGoal(game, 0), np.tile(game.agents[0].start, (4, 1))
     clock = np.array([0, 5, 3, 77])
     together = homing.towards_goal(states, clock)
     for k in range(4):

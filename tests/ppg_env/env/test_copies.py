@@ -7,7 +7,7 @@ import pytest
 
 from ppg_env import InputError, Simulator, make_game
 from ppg_env.env import episodes as arena
-from ppg_env.env.players import Homing, straight_players
+from ppg_env.env.players import GoToGoal, straight_players
 from ppg_env.env.rules import Rules
 
 
@@ -21,7 +21,7 @@ def test_each_copy_is_paid_by_its_own_lam() -> None:
         simulator.lam[:] = LAMS[:, None]
         for each in (simulator, *one):
             each.reset()
-        homing = [Homing(game, i) for i in range(2)]
+        homing = [GoToGoal(game, i) for i in range(2)]
         for _ in range(6):  # they crash on the way
             action = np.stack([h.act(simulator.view(i)) for i, h in enumerate(homing)], axis=1)
             paid = simulator.step(action, restart=False).reward
@@ -46,7 +46,7 @@ def test_a_selection_of_copies_begins_anew() -> None:
 
 def test_paths_are_those_of_the_first_episodes() -> None:
     game = make_game("intersection", speed="l1")
-    players = [Homing(game, 0), straight_players(make_game("intersection"))[1]]
+    players = [GoToGoal(game, 0), straight_players(make_game("intersection"))[1]]
     found = arena.evaluate(game, players, 60, seed=3)
     states = arena.trajectories(game, players, 50, seed=3)
     assert states.shape[0] == 50

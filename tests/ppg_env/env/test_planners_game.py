@@ -10,7 +10,7 @@ import pytest
 from ppg_env import Game, evaluate, make_game
 from ppg_env.env import episodes as arena
 from ppg_env.env.parallel_env import PathPlanningEnv
-from ppg_env.env.players import Homing, straight_players, track
+from ppg_env.env.players import GoToGoal, straight_players, track
 from ppg_env.env.rules import Rules
 from ppg_env.risk.monte_carlo import crash_counts
 from solvers import best_response_dynamics
@@ -87,7 +87,7 @@ def test_players_meet_the_same_noise() -> None:
     """The same player under two names has the same episodes, whatever was played in between."""
     game = make_game("head_on")
     first = arena.evaluate(game, straight_players(game), 200, 1)
-    arena.evaluate(game, [Homing(game, i) for i in range(2)], 200, 1)
+    arena.evaluate(game, [GoToGoal(game, i) for i in range(2)], 200, 1)
     assert np.array_equal(first.cost, arena.evaluate(game, straight_players(game), 200, 1).cost)
 
 
@@ -99,7 +99,7 @@ def apart(**overrides: Any) -> Game:
 
 def test_homing_reaches_the_goal_from_anywhere() -> None:
     game = apart(speed="l1", sigma0=100.0)
-    players = [Homing(game, i) for i in range(2)]
+    players = [GoToGoal(game, i) for i in range(2)]
     found = arena.evaluate(game, players, 500, 2).summary()
     assert all(share.value > 0.99 for share in found.success)
 

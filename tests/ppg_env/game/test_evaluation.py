@@ -19,7 +19,7 @@ from ppg_env import (
     straight_plan,
 )
 from ppg_env.game.plan import Profile
-from tests.oracles.slow_evaluator import judge
+from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import Play, double_integrator, plays
 
 CLOSE = {"rtol": 1e-9, "atol": 1e-9}
@@ -32,7 +32,7 @@ def straight(game: Game) -> Profile:
 
 
 def assert_agrees_with_the_slow_one(game: Game, controls: list[np.ndarray]) -> None:
-    found, expected = evaluate(game, make_profile(game, controls)), judge(game, controls)
+    found, expected = evaluate(game, make_profile(game, controls)), slow_evaluation(game, controls)
     assert list(found.arrival) == expected.arrival
     np.testing.assert_allclose(found.safety_cost, expected.safety_cost, **CLOSE)
     np.testing.assert_allclose(found.deficit, expected.deficit, **CLOSE)
@@ -191,7 +191,7 @@ def test_without_arrival_the_cost_is_infinite(lam: float) -> None:
 def test_complaints_name_the_overlap_and_both_parties() -> None:
     game = make_game("head_on")
     found = evaluate(game, straight(game))
-    (sentence,) = found.complaints()
+    (sentence,) = found.violations()
     assert "agent_0" in sentence
     assert "agent_1" in sentence
     assert "overlap" in sentence
@@ -204,9 +204,9 @@ def test_complaints_name_the_obstacle() -> None:
     game = make_game("course")
     wall = Polytope.from_vertices([[40, 0], [50, 0], [50, 100], [40, 100]])
     game = replace(game, obstacles=(*game.obstacles, wall))
-    complaints = evaluate(game, straight(game)).complaints()
+    violations = evaluate(game, straight(game)).violations()
     assert any(
-        "agent_0" in text and f"obstacle {len(game.obstacles) - 1}" in text for text in complaints
+        "agent_0" in text and f"obstacle {len(game.obstacles) - 1}" in text for text in violations
     )
 
 
@@ -214,11 +214,11 @@ def test_complaints_name_a_goal_that_is_missed_and_by_how_much() -> None:
     game = make_game("parallel")
     short = make_plan(game.agents[1], np.tile([5.0, 0.0], (15, 1)))
     found = evaluate(game, (straight(game)[0], short))
-    (sentence,) = found.complaints()
+    (sentence,) = found.violations()
     assert "agent_1" in sentence
     assert "goal" in sentence
     assert "10" in sentence
-    assert found.complaints([0]) == ()
+    assert found.violations([0]) == ()
     assert found.residuals.goal[1] == pytest.approx(10.0)
 
 
@@ -227,7 +227,7 @@ def test_complaints_name_a_control_that_leaves_its_set() -> None:
     fast = np.zeros((15, 2))
     fast[:5, 0] = 17.0
     found = evaluate(game, (make_plan(game.agents[0], fast), straight(game)[1]))
-    (sentence,) = found.complaints()
+    (sentence,) = found.violations()
     assert "control" in sentence
     assert "agent_0" in sentence
     assert found.residuals.control[0] == pytest.approx(7.0)
@@ -235,7 +235,7 @@ def test_complaints_name_a_control_that_leaves_its_set() -> None:
 
 def test_a_clean_plan_has_no_complaints() -> None:
     found = evaluate(make_game("parallel"), straight(make_game("parallel")))
-    assert found.complaints() == ()
+    assert found.violations() == ()
     assert found.feasible
     for residual in (found.residuals.control, found.residuals.goal, found.residuals.overlap):
         assert residual.max() <= 1e-9

@@ -104,7 +104,7 @@ def test_the_evaluator_holds_every_control_against_the_set_of_its_step() -> None
         inputs[first : first + 2] = [[8.0, 0.0], [8.0, 0.0]]
         found = evaluate(game, (make_plan(game.agents[0], inputs),))
         assert found.residuals.control[0] == pytest.approx(beyond)
-        assert any("leaves its set" in text for text in found.complaints()) == (beyond > 0)
+        assert any("leaves its set" in text for text in found.violations()) == (beyond > 0)
 
 
 @pytest.mark.parametrize("kind", [lambda v: Polytope.box([2 * v] * 2), Polytope.l1, Polytope.disc])

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from ppg_env.risk.batches import BLOCK, generator
 from ppg_env.risk.covering_halfspaces import cover
-from ppg_env.risk.crash_events import Flight, make_flight
-from ppg_env.risk.error_process import streams
+from ppg_env.risk.crash_events import CrashModel, make_crash_model
+from ppg_env.risk.error_process import error_processes
 from tests.oracles.plain_monte_carlo import case
 from tests.ppg_env.strategies import Play, plays
 
 
-def path_covariance(flight: Flight, s: int) -> np.ndarray:
+def path_covariance(model: CrashModel, s: int) -> np.ndarray:
     """(T+1, n, T+1, n) of one process, from the matrix that maps start and noise to the path."""
-    process, T = flight.streams, flight.steps
+    process, T = model.processes, model.steps
     loop, n = process.loops[s], process.loops.shape[1]
     path = np.zeros((T + 1, n, T + 1, n))  # component k of e_t from component q of input u
     for u in range(T + 1):
@@ -32,9 +32,9 @@ def path_covariance(flight: Flight, s: int) -> np.ndarray:
 @pytest.mark.parametrize("swept", [False, True])
 def test_responses_are_the_covariances_of_whole_paths(name: str, swept: bool) -> None:
     game, profile = case(name)
-    flight = make_flight(game, profile, streams(game), swept=swept)
-    halves, d = cover(flight), game.dim
-    paths = [path_covariance(flight, s) for s in range(len(flight.streams.loops))]
+    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    halves, d = cover(model), game.dim
+    paths = [path_covariance(model, s) for s in range(len(model.processes.loops))]
     for c, (t, normal) in enumerate(zip(halves.times, halves.normals, strict=True)):
         variance = 0.0
         for side, s in enumerate(halves.parties[c]):
@@ -53,13 +53,13 @@ def test_responses_are_the_covariances_of_whole_paths(name: str, swept: bool) ->
 def test_every_crash_lies_in_a_half_space_of_its_encounter(
     play: Play, swept: bool, seed: int
 ) -> None:
-    flight = make_flight(play.game, play.profile, streams(play.game), swept=swept)
-    room = flight.streams.scratch(flight.steps)()
-    errors, halves = flight.streams.draw(generator(seed), room, True), cover(flight)
-    covered = np.zeros((len(flight.until), BLOCK), dtype=bool)
+    model = make_crash_model(play.game, play.profile, error_processes(play.game), swept=swept)
+    room = model.processes.scratch(model.steps)()
+    errors, halves = model.processes.draw(generator(seed), room, True), cover(model)
+    covered = np.zeros((len(model.until), BLOCK), dtype=bool)
     for c, (e, t) in enumerate(zip(halves.encounter, halves.times, strict=True)):
         first, second = halves.parties[c]
         where = errors[t, first, :2] - (errors[t, second, :2] if second >= 0 else 0.0)
         covered[e] |= halves.normals[c] @ where <= halves.offsets[c]
-    met = flight.watch(errors, BLOCK).met
+    met = model.watch(errors, BLOCK).met
     assert not (met & ~covered).any()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ppg_env import Game, InputError, make_game
 from ppg_env.env import episodes as arena
-from ppg_env.env.players import Homing, straight_players, track
+from ppg_env.env.players import GoToGoal, straight_players, track
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.game.plan import Profile
@@ -32,7 +32,7 @@ def as_planned(profile: Profile) -> Rules:
 
 
 def swarm(game: Game, shape: tuple[int, int], seed: int = 0, rules: Rules | None = None) -> Swarm:
-    players = [Homing(game, i) for i in range(len(game.agents))]
+    players = [GoToGoal(game, i) for i in range(len(game.agents))]
     return Swarm(game, players, rules, shape, generator(seed), lambda _count: None)
 
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from ppg_env import Agent, Game, InputError, Polytope, make_game, make_profile
 from ppg_env.game.plan import Profile
 from ppg_env.risk.batches import BLOCK, generator
-from ppg_env.risk.crash_events import make_flight
-from ppg_env.risk.error_process import streams
+from ppg_env.risk.crash_events import make_crash_model
+from ppg_env.risk.error_process import error_processes
 from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 from tests.oracles.plain_monte_carlo import case, fly
@@ -65,18 +65,18 @@ def test_watching_steps_sees_what_many_points_between_the_instants_see(
     play: Play, seed: int
 ) -> None:
     game, profile = play.game, play.profile
-    flight = make_flight(game, profile, streams(game), swept=True)
-    errors = flight.streams.draw(generator(seed), flight.streams.scratch(flight.steps)(), True)
-    met = flight.watch(errors, BLOCK).met
+    model = make_crash_model(game, profile, error_processes(game), swept=True)
+    errors = model.processes.draw(generator(seed), model.processes.scratch(model.steps)(), True)
+    met = model.watch(errors, BLOCK).met
     share = np.linspace(0, 1, 41)[:-1, None, None]  # the end of the last step is not in traffic
-    for e, (first, second) in enumerate(flight.streams.parties):
+    for e, (first, second) in enumerate(model.processes.parties):
         other = errors[:, second] if second >= 0 else 0.0
         where = (errors[:, first] - other)[:, : game.dim].transpose(0, 2, 1)
-        where = where + flight.nominal[e, : flight.steps + 1, None]  # (T+1, B, d)
+        where = where + model.nominal[e, : model.steps + 1, None]  # (T+1, B, d)
         seen = np.zeros(BLOCK, dtype=bool)
         near = np.zeros(BLOCK, dtype=bool)
-        normals, depths = flight.faces(e)
-        for t in range(min(flight.until[e], flight.steps)):
+        normals, depths = model.faces(e)
+        for t in range(min(model.until[e], model.steps)):
             points = (1 - share) * where[t] + share * where[t + 1]
             beyond = (points @ normals.T - depths).max(axis=-1)  # (points, B)
             reach = np.abs((where[t + 1] - where[t]) @ normals.T).max(axis=-1) / 40

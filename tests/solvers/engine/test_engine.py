@@ -1,4 +1,4 @@
-"""The engine against the paper's formulation on HiGHS, and cut short at any moment."""
+"""The engine against the paper's formulation on HiGHS, and cut short at any disjunction."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ppg_env import evaluate, make_game
 from ppg_env.game import objective
 from ppg_env.game.least_effort import straight_plan
 from ppg_env.scenarios.make import SPEEDS
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.engine.arrival_search import engine_search
 from solvers.solution import Status
@@ -17,8 +17,8 @@ from tests.solvers.test_random_games import drawn_plan, random_game
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 
 
-class Steps(Clock):
-    """A clock that runs out after so many looks at it: a kill at any moment, repeatable."""
+class Steps(Budget):
+    """A clock that runs out after so many looks at it: a kill at any disjunction, repeatable."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(None)
@@ -31,7 +31,7 @@ class Steps(Clock):
 
 
 def both(game, movers, weights, given):
-    found = [minimise(game, movers, weights, given, s, Clock(None)) for s in (ENGINE, "HIGHS")]
+    found = [minimise(game, movers, weights, given, s, Budget(None)) for s in (ENGINE, "HIGHS")]
     assert found[0].status is found[1].status
     if found[0].profile is not None:
         value = found[1].value
@@ -88,7 +88,7 @@ def test_obstacles_and_three_dimensions_agree_with_the_reference():
 def test_cut_short_anywhere_it_has_sound_plans_and_a_valid_bound(kind):
     game = make_game("intersection", speed="l1", objective=kind, lam=0.8, gain=0.0)
     weights = objective.social(game)
-    optimum = engine_search(game, (0, 1), weights, None, Clock(None))
+    optimum = engine_search(game, (0, 1), weights, None, Budget(None))
     assert optimum.status is Status.OPTIMAL
     seen = set()
     for looks in (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233):
@@ -96,17 +96,17 @@ def test_cut_short_anywhere_it_has_sound_plans_and_a_valid_bound(kind):
         seen.add(found.status)
         assert found.bound <= optimum.value + 1e-7
         if found.profile is None:
-            assert found.status is Status.TIME_LIMIT
+            assert found.status is Status.NO_INCUMBENT
         else:
-            assert evaluate(game, found.profile).complaints() == ()
+            assert evaluate(game, found.profile).violations() == ()
             assert found.value >= optimum.value - 1e-7
-    assert {Status.TIME_LIMIT, Status.FEASIBLE} <= seen
+    assert {Status.NO_INCUMBENT, Status.FEASIBLE} <= seen
 
 
 def test_it_is_deterministic():
     game = make_game("intersection3", speed="l1", lam=0.8)
     one, two = (
-        engine_search(game, range(3), objective.social(game), None, Clock(None)) for _ in range(2)
+        engine_search(game, range(3), objective.social(game), None, Budget(None)) for _ in range(2)
     )
     assert one.profile == two.profile
     assert one.bound == two.bound

@@ -30,10 +30,10 @@ def test_only_the_agents_own_plan_changes_and_its_old_one_does_not_matter(object
 def test_the_others_may_overlap_among_themselves():
     game = make_game("intersection3")
     profile = straight(game)
-    assert evaluate(game, profile).complaints((1, 2))
+    assert evaluate(game, profile).violations((1, 2))
     solution = best_response(game, 0, profile)
     assert solution.status is Status.OPTIMAL
-    assert solution.evaluation.complaints((0,)) == ()
+    assert solution.evaluation.violations((0,)) == ()
 
 
 @pytest.mark.parametrize("name", ["head_on", "intersection"])

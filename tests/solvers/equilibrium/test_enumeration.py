@@ -35,8 +35,8 @@ def test_sides_are_those_of_the_agents_eyes():
     game = make_game("head_on", speed="l1")
     for one in collect_equilibria(game, runs=4):
         a, b = (plan.means for plan in one.solution.profile)
-        meeting = min(range(9), key=lambda t: abs(a[t, 0] - b[t, 0]))
-        assert (a[meeting, 1] < b[meeting, 1]) == (one.name == "0<1 left")
+        nearest = min(range(9), key=lambda t: abs(a[t, 0] - b[t, 0]))
+        assert (a[nearest, 1] < b[nearest, 1]) == (one.name == "0<1 left")
 
 
 def test_in_space_kinds_are_told_apart_by_cost():

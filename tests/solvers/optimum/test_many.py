@@ -1,4 +1,4 @@
-"""What makes many agents practical: symmetries, lemmas, spared proofs, descent and bounds."""
+"""What makes many agents practical: symmetries, cuts, spared proofs, descent and bounds."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ppg_env import evaluate, make_game
 from ppg_env.game import objective
 from ppg_env.game.least_effort import straight_plan
 from solvers import best_response_dynamics, certify, social_optimum
-from solvers.budget import Clock
+from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.branch_and_bound import Tree
-from solvers.engine.cuts import Lemmas
+from solvers.engine.cuts import CutPool
 from solvers.engine.fixed_arrival_lp import INF, FixedProgram
-from solvers.engine.presolve import Task, matters, meetings
+from solvers.engine.presolve import Subproblem, matters, presolve_encounters
 from solvers.engine.refine import polish
 from solvers.engine.symmetry import identity, symmetries
 from solvers.optimum.annealing import descent
@@ -65,14 +65,14 @@ def test_mirrored_profiles_cost_the_same():
 def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatch):
     game = crossing()
     weights = objective.social(game)
-    fast = engine_search(game, range(4), weights, None, Clock(None))
+    fast = engine_search(game, range(4), weights, None, Budget(None))
     monkeypatch.setattr(
         "solvers.engine.arrival_search.symmetries", lambda game, weights: [identity(game)]
     )
     monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
-    eager = engine_search(game, range(4), weights, None, Clock(None))
-    monkeypatch.setattr("solvers.engine.cuts._triples", lambda task: [])
-    plain = engine_search(game, range(4), weights, None, Clock(None))
+    eager = engine_search(game, range(4), weights, None, Budget(None))
+    monkeypatch.setattr("solvers.engine.cuts._triples", lambda subproblem: [])
+    plain = engine_search(game, range(4), weights, None, Budget(None))
     assert fast.status is eager.status is plain.status is Status.OPTIMAL
     assert fast.value == pytest.approx(plain.value, abs=1e-6)
     assert eager.value == pytest.approx(plain.value, abs=1e-6)
@@ -82,30 +82,32 @@ def test_lemmas_are_no_more_than_what_plans_really_lose():
     """The value of three movers' losses is at most that of any feasible profile of four."""
     game = crossing(gain=-0.5)
     weights = objective.social(game)
-    best = engine_search(game, range(4), weights, None, Clock(None))
-    lemmas = Lemmas(Task(game, (0, 1, 2, 3), weights, {}), symmetries(game, weights), Clock(None))
+    best = engine_search(game, range(4), weights, None, Budget(None))
+    cuts = CutPool(
+        Subproblem(game, (0, 1, 2, 3), weights, {}), symmetries(game, weights), Budget(None)
+    )
     arrivals = dict(enumerate(best.evaluation.arrival))
     traffic = np.where(best.evaluation.traffic, game.margin_cap - best.evaluation.margins, 0.0)
     lost = weights.encounter * traffic.sum(axis=1)
-    assert len(lemmas.parts) == 4
-    for part in lemmas.parts:
-        assert lemmas.value(part, arrivals) <= lost[list(part)].sum() + 1e-6
+    assert len(cuts.parts) == 4
+    for part in cuts.parts:
+        assert cuts.value(part, arrivals) <= lost[list(part)].sum() + 1e-6
 
 
 def test_a_tree_that_rests_goes_on_where_it_was():
     game = crossing()
     weights = objective.social(game)
-    task = Task(game, (0, 1, 2, 3), weights, {})
+    subproblem = Subproblem(game, (0, 1, 2, 3), weights, {})
     arrivals = {0: 6, 1: 7, 2: 6, 3: 7}
-    known = meetings(task, range(len(game.encounters)), arrivals)
+    known = presolve_encounters(subproblem, range(len(game.encounters)), arrivals)
     assert known is not None
 
     def tree(clock):
-        make = lambda: FixedProgram(task, arrivals, known)  # noqa: E731 - short
+        make = lambda: FixedProgram(subproblem, arrivals, known)  # noqa: E731 - short
         return Tree(make, 0.0, INF, clock, lambda program, point, estimate: estimate)
 
-    clock = Clock(None, 20)
-    whole, broken = tree(Clock(None)), tree(clock)
+    clock = Budget(None, 20)
+    whole, broken = tree(Budget(None)), tree(clock)
     assert whole.search(INF)
     while broken.waiting < INF:
         broken.search(INF)
@@ -153,11 +155,11 @@ def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
     weights = objective.social(game)
     rough = best_response_dynamics(game, max_sweeps=1).profile
     before = evaluate(game, rough).weighted(weights)
-    once = polish(game, rough, weights, Clock(None))
+    once = polish(game, rough, weights, Budget(None))
     after = evaluate(game, once).weighted(weights)
     assert after <= before + 1e-9
     assert evaluate(game, once).feasible
-    twice = polish(game, once, weights, Clock(None))
+    twice = polish(game, once, weights, Budget(None))
     assert evaluate(game, twice).weighted(weights) == pytest.approx(after, abs=1e-5)
 
 
@@ -166,7 +168,7 @@ def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
 def test_the_bound_from_pairs_is_never_above_the_optimum(name, lam):
     game = make_game(name, lam=lam, gain=0.0)
     best = social_optimum(game, time_limit=60.0)
-    bound = pair_bound(game, objective.social(game), Clock(None))
+    bound = pair_bound(game, objective.social(game), Budget(None))
     assert bound <= best.value + 1e-6
     assert bound >= sum(agent.lam for agent in game.agents)  # it says something
 
@@ -175,7 +177,7 @@ def test_descent_betters_best_responses_and_repeats_itself():
     game = crossing()
     best = social_optimum(game)
     values = []
-    clocks = [Clock(None, 4000) for _ in range(2)]
+    clocks = [Budget(None, 4000) for _ in range(2)]
     profiles = [descent(game, "pigou", "ENGINE", clock, 5, values.append) for clock in clocks]
     assert profiles[0] == profiles[1]
     assert values == sorted(values[: len(values) // 2], reverse=True) * 2

@@ -45,7 +45,7 @@ def test_every_back_end_finds_the_same_social_optimum_and_best_response(
     assert other.bound == pytest.approx(social.bound, rel=1e-6)
     there = best_response(game, 0, straight, solver=solver)
     assert there.value == pytest.approx(response.value, rel=1e-6)
-    assert evaluate(game, there.profile).complaints((0,)) == ()
+    assert evaluate(game, there.profile).violations((0,)) == ()
 
 
 def test_three_agents_have_one_optimum_on_both_back_ends():

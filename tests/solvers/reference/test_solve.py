@@ -8,7 +8,7 @@ import pytest
 from ppg_env import evaluate, make_game, make_profile, straight_plan
 from solvers import best_response, best_response_dynamics, potential_equilibrium, social_optimum
 from solvers.solution import Status
-from tests.oracles.slow_evaluator import judge
+from tests.oracles.slow_evaluator import slow_evaluation
 
 SAME = 1e-6
 GAP = 1e-5
@@ -27,7 +27,7 @@ def replayed(agent, controls):
 def test_the_social_optimum_is_proved_and_worth_what_the_evaluator_says(paper_game, social):
     assert social.status is Status.OPTIMAL
     judged = evaluate(paper_game, social.profile)
-    assert judged.complaints() == ()
+    assert judged.violations() == ()
     assert social.value == pytest.approx(judged.social_cost, abs=SAME)
     assert -SAME <= social.value - social.bound <= GAP
 
@@ -35,19 +35,20 @@ def test_the_social_optimum_is_proved_and_worth_what_the_evaluator_says(paper_ga
 def test_the_potential_program_is_proved_and_worth_what_the_evaluator_says(paper_game, potential):
     assert potential.status is Status.OPTIMAL
     judged = evaluate(paper_game, potential.profile)
-    assert judged.complaints() == ()
+    assert judged.violations() == ()
     assert potential.value == pytest.approx(judged.potential, abs=SAME)
     assert -SAME <= potential.value - potential.bound <= GAP
 
 
 def test_a_second_evaluator_in_plain_loops_agrees_on_every_cost(paper_game, social, potential):
     for solution in (social, potential):
-        found = judge(paper_game, [plan.controls for plan in solution.profile])
+        found = slow_evaluation(paper_game, [plan.controls for plan in solution.profile])
         assert found.arrival == list(solution.evaluation.arrival)
         np.testing.assert_allclose(solution.evaluation.shifted_cost, found.shifted_cost, atol=SAME)
         np.testing.assert_allclose(solution.evaluation.cost, found.cost, atol=SAME)
     assert social.value == pytest.approx(
-        sum(judge(paper_game, [plan.controls for plan in social.profile]).shifted_cost), abs=SAME
+        sum(slow_evaluation(paper_game, [plan.controls for plan in social.profile]).shifted_cost),
+        abs=SAME,
     )
 
 

@@ -1,0 +1,12 @@
+from .importance_sampling import rare_risk as rare_risk
+from .monte_carlo import CrashCounts as CrashCounts
+from .monte_carlo import PairedCounts as PairedCounts
+from .monte_carlo import crash_counts as crash_counts
+from .monte_carlo import paired_counts as paired_counts
+from .overlap import log_overlap as log_overlap
+from .splitting import Level as Level
+from .splitting import find_levels as find_levels
+from .splitting import split_risk as split_risk
+from .union_bounds import Bounds as Bounds
+from .union_bounds import RiskBounds as RiskBounds
+from .union_bounds import risk_bounds as risk_bounds
