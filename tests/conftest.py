@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
-from hypothesis import HealthCheck, settings
 
 from ppg_env import Game, make_game
 from ppg_env.scenarios.make import SPEEDS
 from ppg_env.scenarios.registry import registry
+from tests.profiles import register_profiles
+
+register_profiles()
 
 SMALL = {"circle": "circle(4)", "random": "random(4)", "streams": "streams(4)"}
 """Representatives of the families whose default size is more than a test needs."""
-
-# Times say nothing on shared machines; in CI the same examples are tried every time.
-COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("default", max_examples=40, **COMMON)
-settings.register_profile("ci", max_examples=40, derandomize=True, **COMMON)
-settings.register_profile("thorough", max_examples=1000, **COMMON)  # --hypothesis-profile
-settings.load_profile("ci" if os.environ.get("CI") else "default")
 
 
 def scenario_calls() -> list[str]:

@@ -12,12 +12,13 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppg_env import Game, InputError
 from ppg_env.formats.game_file import game_from_tables, game_to_tables, read_game
 from ppg_env.game.input_sets import pieces
 from tests.oracles.faults import CASES, ELSEWHERE, SQUARE, VALID, changed, faulty
+from tests.profiles import examples
 
 
 def written(place: str) -> str:
@@ -97,7 +98,7 @@ def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
     assert_is_one_clear_sentence(str(caught.value), str(path))
 
 
-@settings(max_examples=300)
+@examples(7.5)
 @given(faulty())
 def test_a_made_up_file_is_a_usable_game_or_told_to_be_none(tables: dict[str, Any]) -> None:
     source = "some/file.toml"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 
 from ppg_env import Agent, Game, Polytope, evaluate, make_plan
 from solvers import (
@@ -16,11 +16,12 @@ from solvers import (
 )
 from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import plays
+from tests.profiles import examples
 
 HORIZON = 7
 
 
-@settings(max_examples=15)
+@examples(0.4)
 @given(plays(scale="exact"))
 def test_a_best_response_beats_the_plan_that_was_drawn(play):
     game, profile = play.game, play.profile
@@ -37,7 +38,7 @@ def test_a_best_response_beats_the_plan_that_was_drawn(play):
         assert solution.evaluation.violations((i,)) == ()
 
 
-@settings(max_examples=10)
+@examples(0.25)
 @given(plays(scale="exact"))
 def test_the_social_optimum_beats_the_profile_that_was_drawn(play):
     game, judged = play.game, evaluate(play.game, play.profile)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 
 from ppg_env import Game, InputError, evaluate, make_game, straight_plan
 from ppg_env.formats.plan_file import read_plan, to_json, write_plan
@@ -38,11 +38,13 @@ def test_every_scenario_and_its_straight_plans_survive_exactly(game: Game, tmp_p
     assert plans == profile
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(plays(missing=True))
-def test_any_game_and_profile_survive_exactly(tmp_path: Path, play: Play) -> None:
-    write_plan(tmp_path / "plan.json", play.game, play.profile, {})
-    again, plans, _ = read_plan(tmp_path / "plan.json")
+def test_any_game_and_profile_survive_exactly(
+    tmp_path_factory: pytest.TempPathFactory, play: Play
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "any_plan.json"
+    write_plan(path, play.game, play.profile, {})
+    again, plans, _ = read_plan(path)
     assert again == play.game
     assert plans == play.profile
 

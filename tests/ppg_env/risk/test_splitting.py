@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppg_env import Game, InputError, make_game
@@ -21,6 +21,7 @@ from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.splitting import CHAIN, Swarm, find_levels, split_risk
 from tests.oracles.plain_monte_carlo import case, fly
 from tests.ppg_env.strategies import Play, plays
+from tests.profiles import examples
 
 FAR = 4.0
 
@@ -162,7 +163,7 @@ def test_levels_fall_towards_a_crash() -> None:
     assert all(0 < level.size <= 1 for level in levels)
 
 
-@settings(max_examples=25)
+@examples(0.6)
 @given(plays(scale="exact"), st.sampled_from(["remove", "stay"]), st.integers(0, 50))
 def test_the_score_is_the_smallest_margin_of_who_might_collide(
     play: Play, on_goal: str, seed: int

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr
 from scipy.stats import multivariate_normal
@@ -18,6 +18,7 @@ from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.risk.union_bounds import Bounds, risk_bounds
 from tests.ppg_env.risk.test_monte_carlo import DELAYS, close_pair, straight
 from tests.ppg_env.strategies import Play, double_integrator, plays
+from tests.profiles import examples
 
 ORDER = ("union", "faces", "instants", "tree", "least")
 
@@ -171,7 +172,7 @@ def test_in_space_boxes_and_turned_bodies_are_bounded() -> None:
         assert_counted(one, profile, 20_000, seed=1)
 
 
-@settings(max_examples=15)
+@examples(0.4)
 @given(plays(), st.permutations([0, 1, 2]))
 def test_the_order_of_agents_does_not_matter(play: Play, order: list[int]) -> None:
     order = [i for i in order if i < len(play.game.agents)]

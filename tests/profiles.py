@@ -1,0 +1,34 @@
+"""Hypothesis profiles: the same examples in every run, or new ones in each.
+
+``default`` derives its examples from the tests alone, so that a run gives the same verdict on every
+machine.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.
+"""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, settings
+
+
+def register_profiles() -> None:
+    """Register both profiles and load the default one; ``--hypothesis-profile`` overrides it."""
+    # No deadlines and no check of speed: times say nothing on shared machines.
+    settings.register_profile(
+        "default",
+        max_examples=40,
+        derandomize=True,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
+    settings.register_profile(
+        "fuzz",
+        max_examples=400,
+        print_blob=True,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),  # a check of the tests, not of the code
+    )
+    settings.load_profile("default")
+
+
+def examples(share: float) -> settings:
+    """Settings of a test whose examples cost more or less than most: a share of the profile's."""
+    return settings(max_examples=max(1, round(share * settings().max_examples)))
