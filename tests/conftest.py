@@ -1,12 +1,19 @@
-"""What all tests share: hypothesis profiles, and every scenario at every speed as a fixture."""
+"""What all tests share: scenarios, the command ``ppg``, players, and short trainings."""
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
+
 import pytest
 
+from baselines import Learned, write_learned
 from ppg_env import Game, make_game
+from ppg_env.formats.game_file import game_to_tables
 from ppg_env.scenarios.make import SPEEDS
 from ppg_env.scenarios.registry import registry
+from tests.baselines.small import shorten_trainings, small_policy
+from tests.command import Ppg, run_ppg
 from tests.profiles import register_profiles
 
 register_profiles()
@@ -41,3 +48,24 @@ def game(request: pytest.FixtureRequest) -> Game:
     """Every scenario at every speed."""
     call, speed = request.param
     return make_game(call, speed=speed)
+
+
+@pytest.fixture
+def ppg(capsys: pytest.CaptureFixture[str]) -> Ppg:
+    """Run ``ppg`` with these words, and expect this exit code."""
+    return partial(run_ppg, capsys)
+
+
+@pytest.fixture
+def short_trainings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Trainings of this process take a second."""
+    shorten_trainings(monkeypatch)
+
+
+@pytest.fixture(scope="session")
+def learned_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Players of two agents with random weights, as a training would leave them."""
+    game = make_game("intersection", speed="l1")
+    about = {"player": "random", "game": game_to_tables(game), "lam": None}
+    learned = Learned(((small_policy(game, 0),), (small_policy(game, 1),)), about)
+    return write_learned(tmp_path_factory.mktemp("learned") / "random.npz", learned)

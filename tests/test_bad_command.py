@@ -10,26 +10,17 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 import tomli_w
 
-from benchmarks.cli import main
 from ppg_env import make_game, straight_plan
 from ppg_env.formats.plan_file import write_plan
+from tests.command import Ppg, Run
 from tests.oracles.faults import VALID, changed
 
 ROOT = Path(__file__).parents[1]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture(autouse=True)
@@ -42,20 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture
-def ppg(capsys: pytest.CaptureFixture[str]) -> Any:
-    """Runs the command in this process."""
-
-    def run(*arguments: str) -> Outcome:
-        with pytest.raises(SystemExit) as stopped:
-            main(list(arguments))
-        out, err = capsys.readouterr()
-        return Outcome(int(stopped.value.code or 0), out, err)
-
-    return run
-
-
-def assert_is_told_in_one_line(outcome: Outcome, *words: str) -> None:
+def assert_is_told_in_one_line(outcome: Run, *words: str) -> None:
     assert outcome.code == 2
     assert outcome.out == ""
     assert outcome.err.endswith(".\n")
@@ -66,12 +44,12 @@ def assert_is_told_in_one_line(outcome: Outcome, *words: str) -> None:
         assert word in outcome.err
 
 
-def test_a_good_command_succeeds(ppg: Any) -> None:
+def test_a_good_command_succeeds(ppg: Ppg) -> None:
     for command in (["show", "head_on"], ["risk", "good.json", "--method", "bound"]):
-        assert ppg(*command).code == 0
+        assert ppg(*command).out
         done = ppg(*command, "--json")
-        assert (done.code, done.err) == (0, "")
-        assert isinstance(json.loads(done.out), dict)
+        assert done.err == ""
+        assert done.json
 
 
 MISTAKES: dict[str, tuple[str, ...]] = {
@@ -123,12 +101,12 @@ MISTAKES: dict[str, tuple[str, ...]] = {
 
 @pytest.mark.parametrize("as_json", [False, True], ids=["", "--json"])
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_is_told_in_one_line(command: str, as_json: bool, ppg: Any, folder: Path) -> None:
+def test_a_mistake_is_told_in_one_line(command: str, as_json: bool, ppg: Ppg, folder: Path) -> None:
     three = make_game("intersection3")
     plans = tuple(straight_plan(agent, three.horizon) for agent in three.agents)
     write_plan("three.json", three, plans, {})  # type: ignore[arg-type]
     before = sorted(folder.iterdir())
-    outcome = ppg(*command.split(), *["--json"] * as_json)
+    outcome = ppg(*command.split(), *["--json"] * as_json, code=2)
     assert_is_told_in_one_line(outcome, *MISTAKES[command])
     assert sorted(folder.iterdir()) == before
 
@@ -158,13 +136,13 @@ BROKEN_PLANS = {
 @pytest.mark.parametrize("command", ["risk", "certify", "render", "risk --json", "certify --json"])
 @pytest.mark.parametrize("name", BROKEN_PLANS)
 def test_a_broken_plan_file_is_told_in_one_line(
-    name: str, command: str, ppg: Any, folder: Path
+    name: str, command: str, ppg: Ppg, folder: Path
 ) -> None:
     plan = json.loads(Path("good.json").read_text(encoding="utf-8"))
     Path("bad.json").write_text(BROKEN_PLANS[name](plan), encoding="utf-8")
     before = sorted(folder.iterdir())
     verb, *options = command.split()
-    assert_is_told_in_one_line(ppg(verb, "bad.json", *options), "bad.json: ")
+    assert_is_told_in_one_line(ppg(verb, "bad.json", *options, code=2), "bad.json: ")
     assert sorted(folder.iterdir()) == before
 
 
@@ -180,11 +158,11 @@ def test_a_broken_plan_file_is_told_in_one_line(
 )
 @pytest.mark.parametrize("verb", ["show", "solve", "compare", "render"])
 def test_a_faulty_game_file_is_told_with_file_and_place(
-    verb: str, place: str, value: object, shown: str, ppg: Any
+    verb: str, place: str, value: object, shown: str, ppg: Ppg
 ) -> None:
     Path("bad.toml").write_text(tomli_w.dumps(changed(VALID, place, value)), encoding="utf-8")
-    assert_is_told_in_one_line(ppg(verb, "bad.toml"), f"bad.toml: {shown}: ")
-    assert_is_told_in_one_line(ppg(verb, "bad.toml", "--json"), f"bad.toml: {shown}: ")
+    assert_is_told_in_one_line(ppg(verb, "bad.toml", code=2), f"bad.toml: {shown}: ")
+    assert_is_told_in_one_line(ppg(verb, "bad.toml", "--json", code=2), f"bad.toml: {shown}: ")
 
 
 @pytest.mark.parametrize(
@@ -198,10 +176,10 @@ def test_a_faulty_game_file_is_told_with_file_and_place(
 )
 @pytest.mark.parametrize("as_json", [False, True], ids=["", "--json"])
 def test_a_folder_that_cannot_be_written_to_leaves_nothing_behind(
-    command: str, as_json: bool, ppg: Any, folder: Path
+    command: str, as_json: bool, ppg: Ppg, folder: Path
 ) -> None:
     before = sorted(folder.rglob("*"))
-    outcome = ppg(*command.split(), *["--json"] * as_json)
+    outcome = ppg(*command.split(), *["--json"] * as_json, code=2)
     assert_is_told_in_one_line(outcome, command.split()[-1] + ": ", "cannot be written")
     assert sorted(folder.rglob("*")) == before
 
@@ -223,10 +201,9 @@ def test_a_folder_that_cannot_be_written_to_leaves_nothing_behind(
     ],
 )
 def test_a_command_that_does_not_parse_is_refused_without_a_traceback(
-    command: str, ppg: Any
+    command: str, ppg: Ppg
 ) -> None:
-    outcome = ppg(*command.split())
-    assert outcome.code == 2
+    outcome = ppg(*command.split(), code=2)
     assert outcome.out == ""
     assert outcome.err
     assert "Traceback" not in outcome.err
@@ -243,11 +220,10 @@ UNREACHABLE = [
 
 @pytest.mark.parametrize("command", UNREACHABLE)
 def test_a_goal_out_of_reach_exits_with_3_and_names_agent_and_horizon(
-    command: str, ppg: Any, folder: Path
+    command: str, ppg: Ppg, folder: Path
 ) -> None:
     before = sorted(folder.rglob("*"))
-    outcome = ppg(*command.split())
-    assert outcome.code == 3
+    outcome = ppg(*command.split(), code=3)
     assert outcome.out == ""
     assert ADVICE.search(outcome.err)
     assert outcome.err.count("\n") == 1
@@ -255,10 +231,9 @@ def test_a_goal_out_of_reach_exits_with_3_and_names_agent_and_horizon(
 
 
 @pytest.mark.parametrize("command", UNREACHABLE)
-def test_a_goal_out_of_reach_is_one_json_object_too(command: str, ppg: Any) -> None:
-    outcome = ppg(*command.split(), "--json")
-    assert outcome.code == 3
-    report = json.loads(outcome.out)
+def test_a_goal_out_of_reach_is_one_json_object_too(command: str, ppg: Ppg) -> None:
+    outcome = ppg(*command.split(), "--json", code=3)
+    report = outcome.json
     for entry in report.get("rows", [report]):
         assert entry["status"] == "unreachable"
         assert ADVICE.search(entry["advice"])
@@ -266,7 +241,7 @@ def test_a_goal_out_of_reach_is_one_json_object_too(command: str, ppg: Any) -> N
     assert outcome.err == ""
 
 
-def in_its_own_process(*arguments: str) -> Outcome:
+def in_its_own_process(*arguments: str) -> Run:
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", *arguments],
         capture_output=True,
@@ -274,7 +249,7 @@ def in_its_own_process(*arguments: str) -> Outcome:
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         check=False,
     )
-    return Outcome(done.returncode, done.stdout, done.stderr)
+    return Run(done.returncode, done.stdout, done.stderr)
 
 
 def test_a_process_of_its_own_tells_a_mistake_in_one_line() -> None:
@@ -285,5 +260,5 @@ def test_a_process_of_its_own_tells_a_mistake_in_one_line() -> None:
 def test_a_process_of_its_own_exits_with_3_without_a_plan() -> None:
     outcome = in_its_own_process("solve", "head_on", "--horizon", "3", "--json")
     assert outcome.code == 3
-    assert json.loads(outcome.out)["status"] == "unreachable"
+    assert outcome.json["status"] == "unreachable"
     assert outcome.err == ""

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import shlex
 from pathlib import Path
 
 import pytest
 
-from benchmarks.cli import main
 from benchmarks.sweeps.grid import is_grid, read_grid
 from ppg_env import make_game
 from ppg_env.formats.game_file import read_game
+from tests.command import Ppg
 
 ROOT = Path(__file__).parents[1]
 PLAYERS = ("nash", "potential", "social", "straight", "ppo-selfish", "ppo-social")
@@ -51,17 +49,14 @@ def _shorter(command: str) -> str:
     return SHORTER.get(f"{verb} {name}", SHORTER[verb])
 
 
-def run(command: str) -> str:
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out), pytest.raises(SystemExit) as end:
-        main(shlex.split(command)[1:])
-    assert not end.value.code, f"{command} ended with {end.value.code}"
-    return out.getvalue()
+def words(command: str) -> list[str]:
+    """The words of a command after ``ppg``."""
+    return shlex.split(command)[1:]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_commands_run_in_the_order_of_the_page(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for name, text in re.findall(
@@ -69,7 +64,7 @@ def test_commands_run_in_the_order_of_the_page(
     ):
         Path(name).write_text(text)
     for command in commands(page):
-        run(command)
+        ppg(*words(command))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -94,13 +89,13 @@ def test_game_files_load(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_printed_comparisons_are_current(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Arrivals, costs and crashes of the tables; not the last digits of a back end's regret."""
     monkeypatch.chdir(tmp_path)
     pattern = r"<!-- output of: (ppg compare .*?) -->\n```text\n(.*?)```"
     for command, shown in re.findall(pattern, page.read_text(), re.S):
-        old, new = numbers(shown), numbers(run(command))
+        old, new = numbers(shown), numbers(ppg(*words(command)).out)
         assert list(old) == list(new)
         for player, values in old.items():
             assert values == pytest.approx(new[player], rel=0.02), f"run docs/outputs.py: {player}"
@@ -126,13 +121,13 @@ def numbers(table: str) -> dict[str, list[float]]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_printed_sweeps_are_current(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Words, arrivals and costs; not crash probabilities, which differ between mirror images."""
     monkeypatch.chdir(tmp_path)
     pattern = r"<!-- output of: (ppg sweep .*?) -->\n```text\n(.*?)```"
     for command, shown in re.findall(pattern, page.read_text(), re.S):
-        old, new = sweep_lines(shown), sweep_lines(run(command))
+        old, new = sweep_lines(shown), sweep_lines(ppg(*words(command)).out)
         assert len(old) == len(new)
         for before, after in zip(old, new, strict=True):
             assert before[0] == after[0], "run docs/outputs.py"
@@ -153,7 +148,7 @@ def sweep_lines(table: str) -> list[tuple[list[str], list[float]]]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_printed_studies_are_what_their_results_say(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From the stored rows, which are beside the page; nothing is run anew."""
     monkeypatch.chdir(tmp_path)
@@ -162,7 +157,7 @@ def test_printed_studies_are_what_their_results_say(
         (name,) = re.findall(r"--results (\S+)", command)
         stored = (page.parent / name).read_bytes()
         Path(name).write_bytes(stored)
-        lines = [line.rstrip() for line in run(command).splitlines()]
+        lines = [line.rstrip() for line in ppg(*words(command)).out.splitlines()]
         assert "\n".join(lines).strip("\n") == shown.strip("\n")
         assert Path(name).read_bytes() == stored
 
@@ -181,8 +176,6 @@ def test_the_check_of_printed_sweeps_bites() -> None:
 
 def test_the_examples_of_the_readme_name_real_scenarios() -> None:
     for command in commands(ROOT / "README.md"):
-        words = shlex.split(command)
-        if words[1] in ("show", "solve", "compare", "train", "regret") and not words[2].endswith(
-            ".toml"
-        ):
-            make_game(words[2])
+        verb, name, *_ = words(command)
+        if verb in ("show", "solve", "compare", "train", "regret") and not name.endswith(".toml"):
+            make_game(name)

@@ -12,7 +12,7 @@ from baselines import GameVecEnv, LearnedPlayer, Policy, export_policy
 from baselines.policy import team_players
 from ppg_env import Game, InputError, make_game
 from ppg_env.env.simulator import Simulator
-from tests.baselines.conftest import small_policy
+from tests.baselines.small import small_policy
 
 
 @pytest.mark.parametrize("kind", [PPO, A2C, SAC])

@@ -16,7 +16,7 @@ import pytest
 from baselines import Learned, read_learned, write_learned
 from ppg_env import Game, InputError, make_game
 from ppg_env.formats.game_file import game_to_tables
-from tests.baselines.conftest import small_policy
+from tests.baselines.small import small_policy
 
 ROOT = Path(__file__).parents[2]
 
@@ -130,13 +130,14 @@ def test_a_text_that_does_not_fit_is_refused(file: Path, tmp_path: Path, change)
         read_learned(bad)
 
 
-def test_playing_needs_no_torch(learned_file: Path) -> None:
+def test_playing_needs_no_torch(file: Path) -> None:
     code = f"""
 import sys
 from baselines import read_learned
-from ppg_env import arena, make_game
+from ppg_env import make_game
+from ppg_env.env import episodes as arena
 game = make_game("intersection", speed="l1")
-players = read_learned({str(learned_file)!r}).players(game)
+players = read_learned({str(file)!r}).players(game)
 print(arena.evaluate(game, players, 100).cost.shape)
 assert "torch" not in sys.modules and "stable_baselines3" not in sys.modules
 """

@@ -9,6 +9,7 @@ from ppg_env import Game, InputError, make_game
 from ppg_env.env.players import straight_players, track
 from ppg_env.scenarios.make import override_game
 from solvers import best_response_dynamics
+from tests.baselines.small import ROLLOUT
 
 
 def test_who_could_dodge_and_does_not_has_regret() -> None:
@@ -39,13 +40,13 @@ def test_a_trained_deviation_is_found_and_repeats() -> None:
     assert found == regret_bounds(game, straight_players(game), **words)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("short_trainings")
 def test_learned_and_planned_players_have_bounds_that_are_never_negative(
     game: Game, learned: Learned
 ) -> None:
     nash = best_response_dynamics(override_game(game, objective="risk"))
     for players in (learned.players(game), track(game, nash.profile)):
-        found = regret_bounds(game, players, steps=8192, episodes=500)
+        found = regret_bounds(game, players, steps=ROLLOUT, episodes=500)
         for bound in found.values():
             assert set(bound.gains) == {"trained", "planned"}
             assert 0 <= bound.regret.low <= bound.regret.value <= bound.regret.high

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines import Learned, evaluate_runs, train_players
+from baselines import evaluate_runs, train_players
 from baselines.train import METHODS
 from ppg_env import Agent, Game, InputError, Polytope, make_game
 from ppg_env.env.players import straight_players
 
 
 @pytest.mark.slow
-def test_results_do_not_depend_on_the_number_of_processes(game: Game, learned: Learned) -> None:
-    two = train_players(game, seeds=[0, 1], steps=8192, jobs=2)
-    assert two.runs == learned.runs
-    assert two.about == learned.about
+def test_results_do_not_depend_on_the_number_of_processes(game: Game) -> None:
+    one, two = (train_players(game, seeds=[0, 1], steps=8192, jobs=jobs) for jobs in (1, 2))
+    assert two.runs == one.runs
+    assert two.about == one.about
     assert two.runs[0] != two.runs[1]
 
 
@@ -53,7 +53,7 @@ def with_inertia() -> Game:
     return Game(tuple(agents), horizon=25)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("short_trainings")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("make", "sharing"), [(in_space, "social"), (with_inertia, "selfish")])
 def test_every_method_trains_players_of_any_game(make, method: str, sharing: str) -> None:

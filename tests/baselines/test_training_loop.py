@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,14 +16,14 @@ from baselines import ppo_per_agent as separate
 from baselines import ppo_shared, sac_single
 from baselines.training_loop import Args, Turn, fingerprint, in_pieces
 from ppg_env import Game, InputError, make_game
+from tests.baselines.small import ROLLOUT
 
 ROOT = Path(__file__).parents[2]
-STEPS = 4 * 8192
-METHODS = {
-    "shared": (ppo_shared.train, STEPS),
-    "independent": (separate.independent, STEPS),
-    "best-response": (separate.best_response, STEPS),
-    "off-policy": (sac_single.train, 5 * 3200),
+METHODS = {  # functions, and steps for several turns and checkpoints of a shortened training
+    "shared": (ppo_shared.train, 4 * ROLLOUT),
+    "independent": (separate.independent, 4 * ROLLOUT),
+    "best-response": (separate.best_response, 16 * ROLLOUT),
+    "off-policy": (sac_single.train, 5 * 320),
 }
 
 
@@ -32,7 +31,7 @@ class KilledError(Exception):
     """Stands for whatever stops a training."""
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("short_trainings")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_training_repeats_and_goes_on_after_a_kill(
     game: Game, tmp_path: Path, method: str
@@ -66,27 +65,40 @@ def test_a_training_repeats_and_goes_on_after_a_kill(
     assert train(args, until(2 * steps)) == undisturbed  # finished: nothing is done again
 
 
-@pytest.mark.slow
-def test_sigkill_loses_nothing_but_the_last_interval(game: Game, tmp_path: Path) -> None:
+KILLED = """
+import os, signal, sys
+import pytest
+from baselines import training_loop
+from benchmarks.cli import main
+from tests.baselines.small import shorten_trainings
+
+rollouts = 0
+
+def end_rollout(watch):
+    global rollouts
+    rollouts += 1
+    if rollouts == 25:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+shorten_trainings(pytest.MonkeyPatch())
+training_loop._Watch._on_rollout_end = end_rollout
+main(sys.argv[1:])
+"""
+"""A training whose process dies five rollouts after its only checkpoint."""
+
+
+@pytest.mark.usefixtures("short_trainings")
+def test_sigkill_loses_nothing_but_the_last_interval(ppg, tmp_path: Path) -> None:
     out, whole = tmp_path / "out.npz", tmp_path / "whole.npz"
-    words = ["train", "intersection", "--speed", "l1", "--steps", str(60 * 8192), "--out"]
-    command = [sys.executable, "-m", "benchmarks", *words]
+    words = ["train", "intersection", "--speed", "l1", "--steps", str(30 * ROLLOUT), "--out"]
     kept = tmp_path / "out.npz.checkpoints" / "seed-0.pt"
-    process = subprocess.Popen(
-        [*command, str(out)], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    deadline = time.monotonic() + 120
-    while not kept.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
+    killed = subprocess.run([sys.executable, "-c", KILLED, *words, str(out)], cwd=ROOT, check=False)
+    assert killed.returncode == -signal.SIGKILL
     assert kept.exists()
     assert not out.exists()
-    again = subprocess.run([*command, str(out)], cwd=ROOT, capture_output=True, text=True)
-    assert again.returncode == 0, again.stderr
-    assert "going on" in again.stderr
+    assert "going on" in ppg(*words, out).err
     assert not kept.parent.exists()
-    subprocess.run([*command, str(whole)], cwd=ROOT, capture_output=True, check=True)
+    ppg(*words, whole)
     with np.load(out) as one, np.load(whole) as two:
         assert one.files == two.files
         for name in one.files:
@@ -94,6 +106,7 @@ def test_sigkill_loses_nothing_but_the_last_interval(game: Game, tmp_path: Path)
                 np.testing.assert_array_equal(one[name], two[name])
 
 
+@pytest.mark.usefixtures("short_trainings")
 def test_a_checkpoint_of_another_training_is_refused(game: Game, tmp_path: Path) -> None:
     args = Args(game, steps=8192, checkpoint=tmp_path / "seed.pt")
     ppo_shared.train(args)
@@ -109,6 +122,7 @@ def test_a_checkpoint_of_another_training_is_refused(game: Game, tmp_path: Path)
         separate.independent(args)
 
 
+@pytest.mark.usefixtures("short_trainings")
 def test_a_damaged_checkpoint_is_told_and_runs_no_code(game: Game, tmp_path: Path) -> None:
     import pickle
 

@@ -8,12 +8,14 @@ import pytest
 
 from baselines import read_learned
 from ppg_env import make_game
+from tests.baselines.small import ROLLOUT
 from tests.benchmarks.judges import timeless
 
-SHORT = ("--steps", "8192")
+SHORT = ("--steps", str(ROLLOUT))
+
+pytestmark = pytest.mark.usefixtures("short_trainings")
 
 
-@pytest.mark.slow
 def test_a_training_is_written_told_and_played(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = ppg("train", "intersection", "--speed", "l1", "--seeds", "2", *SHORT)
@@ -32,7 +34,7 @@ def test_a_training_is_written_told_and_played(ppg, tmp_path, monkeypatch):
         "--speed",
         "l1",
         "--steps",
-        "8192",
+        str(ROLLOUT),
         "--seeds",
         "2",
     ]
@@ -53,7 +55,6 @@ def test_a_training_is_written_told_and_played(ppg, tmp_path, monkeypatch):
         assert interval["low"] <= interval["value"] <= interval["high"]
 
 
-@pytest.mark.slow
 def test_json_has_the_figures(ppg, tmp_path):
     words = ["train", "parallel", "--lam", "0.3", *SHORT, "--out", tmp_path / "a.npz", "--json"]
     report = ppg(*words).json
@@ -65,7 +66,6 @@ def test_json_has_the_figures(ppg, tmp_path):
     assert read_learned(tmp_path / "a.npz").fits(make_game("parallel", lam=0.3))
 
 
-@pytest.mark.slow
 def test_tensorboard_logs_are_written_when_asked(ppg, tmp_path):
     logs = tmp_path / "logs"
     ppg("train", "parallel", *SHORT, "--out", tmp_path / "a.npz", "--tensorboard", logs)
@@ -78,7 +78,6 @@ def test_tensorboard_logs_are_written_when_asked(ppg, tmp_path):
     )
 
 
-@pytest.mark.slow
 def test_regret_is_bounded_from_below_for_planners_and_learners(ppg, learned_file):
     words = ["--steps", "0", "--episodes", "500", "--speed", "l1", "--json"]
     for player in ("straight", str(learned_file)):

@@ -246,7 +246,7 @@ def whoami(_item: int) -> int:
 
 
 ENDLESS = """
-from benchmarks.sweeps.pool import each_done
+from benchmarks.sweeps.workers import each_done
 from tests.benchmarks.sweeps.test_run import whoami
 for _, pid in each_done(whoami, [0] * 10_000, 2):
     print(pid, flush=True)

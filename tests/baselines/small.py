@@ -1,0 +1,45 @@
+"""Trainings and networks small enough for tests."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from baselines import Policy
+from ppg_env import Game
+from ppg_env.env.simulator import observation_size
+
+ROLLOUT = 1024
+"""Environment steps of a shortened rollout of PPO in a game of two agents."""
+
+
+def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
+    """Shorten every phase of every method: all code runs, and nothing is learned.
+
+    Worker processes import the modules again and train at full length.
+    """
+    from baselines import ppo, sac_single, train, warm_start
+
+    patch.setattr(warm_start, "UPDATES", 10)
+    patch.setattr(ppo, "ROLLOUT", 2)
+    patch.setattr(ppo, "EPOCHS", 1)
+    patch.setattr(sac_single, "ROLLOUT", 10)
+    patch.setattr(sac_single, "UPDATES", 1)
+    patch.setattr(sac_single, "BATCH", 64)
+    patch.setattr(sac_single, "BUFFER", 1000)  # fewer than the steps taken: it wraps around
+    patch.setattr(train, "figures", partial(train.figures, episodes=500))
+
+
+def small_policy(game: Game, seed: int = 0, **options: bool) -> Policy:
+    """A random network of the right size."""
+    random = np.random.default_rng(seed)
+    width = observation_size(game.agents[0].state_dim, game.dim, len(game.agents))
+    sizes = [width + options.get("conditioned", False), 8, game.agents[0].control_dim]
+    pairs = list(zip(sizes[1:], sizes[:-1], strict=True))
+    return Policy(
+        tuple(random.normal(size=pair) for pair in pairs),
+        tuple(random.normal(size=pair[0]) for pair in pairs),
+        **options,
+    )
