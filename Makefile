@@ -24,7 +24,7 @@ demo: $(VENV)/.demo ## Compare the players in the paper's scenarios: tables, and
 test: $(VENV)/.test ## Run the tests on two processes (PYTEST_ARGS="-k name" adds options)
 	$(BIN)/python -m pytest -n 2 -q $(PYTEST_ARGS)
 
-lint: $(VENV)/.test ## Check style, formatting, imports and words
+lint: $(VENV)/.test ## Check style, formatting and the direction of imports
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
