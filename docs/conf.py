@@ -48,7 +48,7 @@ def markdown_tables(lines: list[str]) -> list[str]:
             continue
         if k == 0 or not lines[k - 1].startswith("|"):
             result += [".. list-table::", "   :header-rows: 1", ""]
-        if set(line) > set("|- "):
+        if not set(line) <= set("|- "):  # not the rule below the header
             first, *others = [cell.strip() for cell in line.strip("|").split("|")]
             result += [f"   * - {first}", *(f"     - {cell}" for cell in others)]
     return result
