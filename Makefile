@@ -36,6 +36,7 @@ lint: $(VENV)/.lint ## Check style, formatting and the direction of imports
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
+	$(BIN)/codespell
 
 types: $(VENV)/.types ## Check types
 	$(BIN)/mypy

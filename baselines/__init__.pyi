@@ -2,6 +2,7 @@ from .evaluate_runs import evaluate_runs as evaluate_runs
 from .export import export_policy as export_policy
 from .policy import LearnedPlayer as LearnedPlayer
 from .policy import Policy as Policy
+from .policy import team_players as team_players
 from .policy_file import Learned as Learned
 from .policy_file import read_learned as read_learned
 from .policy_file import write_learned as write_learned

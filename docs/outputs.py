@@ -1,7 +1,7 @@
-"""Fill the outputs in the README and the docs from the commands named beside them.
+"""Fill the outputs in the README and the docs with the output of the commands next to them.
 
-A comment ``<!-- output of: ppg ... -->`` before a fenced block says which command's output
-stands there; run this file from the project's root to write them all anew:
+A comment ``<!-- output of: ppg ... -->`` before a fenced block names the command.  Run this file
+from the root of the project to update all blocks:
 
     python docs/outputs.py README.md docs/*.md
 
@@ -22,7 +22,7 @@ BLOCK = re.compile(r"(<!-- output of: (?P<command>.*?) -->\n```text\n)(?P<output
 
 
 def output(command: str) -> str:
-    """What ``command`` prints on stdout, without trailing blanks."""
+    """Return what ``command`` prints on stdout, without trailing blanks."""
     from benchmarks.cli import main
 
     stream = io.StringIO()
@@ -33,8 +33,8 @@ def output(command: str) -> str:
 
 
 def filled(text: str) -> str:
-    """``text`` with every output block written anew."""
-    return BLOCK.sub(lambda found: found[1] + output(found["command"]) + found[4], text)
+    """Return ``text`` with every output block updated."""
+    return BLOCK.sub(lambda block: block[1] + output(block["command"]) + block[4], text)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 from .episodes import Episodes as Episodes
 from .episodes import Summary as Summary
+from .episodes import evaluate as evaluate
 from .episodes import trajectories as trajectories
 from .gif import write_gif as write_gif
 from .parallel_env import PathPlanningEnv as PathPlanningEnv
