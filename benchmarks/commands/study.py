@@ -84,7 +84,7 @@ def study(
         for sentence in said:
             typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
-        from benchmarks.comparison.pictures import write_figure
+        from benchmarks.figures import write_figure
 
         own_folder(picture)
         for part, figure in chosen.draw(rows).items():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.pictures import new_figure
+from benchmarks.figures import new_figure
 from benchmarks.studies.liability import RESTORED, RULES, Game, worst
 from ppg_env.plotting import COLOURS
 

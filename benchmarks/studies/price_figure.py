@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.pictures import new_figure
+from benchmarks.figures import new_figure
 from benchmarks.studies.prices import EQUILIBRIA, Price
 from ppg_env.plotting import COLOURS
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.comparison.pictures import new_figure
+from benchmarks.figures import new_figure
 from benchmarks.studies.prices import Price
 from benchmarks.studies.results import Row
 from benchmarks.studies.scaling import LIMIT, LONG, PLAYERS, size_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.comparison.pictures import new_figure
+from benchmarks.figures import new_figure
 from benchmarks.studies.orders import Game, clearest
 from benchmarks.studies.results import NEGLIGIBLE, Row, chance, limits
 from benchmarks.studies.surrogate import CAPS, SCORES, plan_name
