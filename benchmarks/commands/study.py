@@ -57,7 +57,8 @@ def study(
     """Run a study, or go on with it, and tell what its rows say."""
     from benchmarks.options import numbers
     from benchmarks.output_paths import own_folder, target
-    from benchmarks.studies.study import SPEEDS, find_study
+    from benchmarks.studies.registry import find_study
+    from benchmarks.studies.study import SPEEDS
 
     chosen = find_study(name)
     whole, lam = chosen.choice, numbers("lams", lams)
