@@ -53,7 +53,7 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """The paper's figures and claims, with verdicts: a table here, and a report to open."""
-    from benchmarks.comparison.pictures import write_figure
+    from benchmarks.figures import write_figure
     from benchmarks.options import numbers
     from benchmarks.output_paths import FOLDER, own_folder, target
     from benchmarks.reproduction.extent import LAMS, SCENARIOS, SETTINGS, Extent, read_settings

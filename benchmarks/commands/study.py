@@ -57,7 +57,8 @@ def study(
     """Run a study, or go on with it, and tell what its rows say."""
     from benchmarks.options import numbers
     from benchmarks.output_paths import own_folder, target
-    from benchmarks.studies.study import SPEEDS, find_study
+    from benchmarks.studies.registry import find_study
+    from benchmarks.studies.study import SPEEDS
 
     chosen = find_study(name)
     whole, lam = chosen.choice, numbers("lams", lams)
@@ -84,7 +85,7 @@ def study(
         for sentence in said:
             typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
     if picture is not None:
-        from benchmarks.comparison.pictures import write_figure
+        from benchmarks.figures import write_figure
 
         own_folder(picture)
         for part, figure in chosen.draw(rows).items():

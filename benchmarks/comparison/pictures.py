@@ -6,22 +6,19 @@ Needs the extra ``render`` (matplotlib).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks.comparison.compare import Row
 from benchmarks.comparison.report import game_name
-from ppg_env.errors import InputError
+from benchmarks.figures import new_figure, write_figure
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.plotting import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
-from ppg_env.support.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LEGEND_AGENTS = 6
 """With more agents a legend of names would crowd out the bars."""
@@ -150,33 +147,3 @@ def _closest(game: Game, profile: Profile) -> str:
 
 def _lams(game: Game) -> str:
     return "λ = " + ", ".join(f"{lam:g}" for lam in sorted({agent.lam for agent in game.agents}))
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure, sizes in inches."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise InputError(
-            "picture", "needs matplotlib", "install path-planning-games[render], or use --json"
-        ) from None
-    return Figure(figsize=(width, height), layout="constrained")  # no display, no global state
-
-
-def write_figure(figure: Figure, path: str) -> None:
-    """Write ``figure`` as a PNG, without a date in it."""
-    stream = BytesIO()
-    figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
-    write_atomically(path, stream.getvalue())
-
-
-def svg(figure: Figure) -> bytes:
-    """``figure`` as SVG, sharp at every size; the same bytes for the same figure."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    stream = BytesIO()
-    with rc_context({"svg.hashsalt": "path-planning-games"}):
-        # Figure.savefig would draw everything once more, in vain.
-        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
-    return stream.getvalue()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.pictures import new_figure
+from benchmarks.figures import new_figure
 from benchmarks.reproduction.curves import Curve, Panel
 from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, POTENTIAL, SOCIAL
 from ppg_env.plotting import COLOURS

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from benchmarks.comparison.pictures import svg
+from benchmarks.figures import svg
 from benchmarks.reproduction.curves import Curve, Panel
 from benchmarks.reproduction.pictures import draw
 from benchmarks.reproduction.run import Finding, Reproduction, Sheet

@@ -1,0 +1,104 @@
+"""Tables, sentences and figures of the study ``atlas``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from benchmarks.studies.atlas.data import (
+    SAME,
+    EquilibriumKind,
+    GameEquilibria,
+    cells,
+    digest,
+    games,
+)
+from benchmarks.studies.atlas.figure import draw_atlas
+from benchmarks.studies.prices import missing
+from benchmarks.studies.results import StudyRow, chance, limits
+from benchmarks.studies.study import PAPER, Choice, Study, Table
+from solvers.equilibrium.best_response_dynamics import STARTS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUESTION = "Which equilibria does a game have, and in which of them do best responses end?"
+CHOICE = Choice((*PAPER, "circle(4)"), ("l1",), (0.8,), episodes=20_000)
+
+HEADS = (
+    "who passes whom", "equilibria", "share\nof runs", *(f"from\n{start}" for start in STARTS),
+    "social cost", "crash\nprobability", "regret\nat most",
+)  # fmt: skip
+
+
+def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
+    """The kinds of every game."""
+    for game in games(rows):
+        yield Table(
+            f"{game.name}: {len(game.runs)} runs",
+            HEADS,
+            [_line(game, kind) for kind in game.kinds],
+            "Equilibria: those of a kind whose costs differ; ranges are over them.",
+        )
+
+
+def _line(game: GameEquilibria, kind: EquilibriumKind) -> tuple[str, ...]:
+    distinct = kind.distinct
+    risks = sorted(distinct, key=lambda row: row["crash_probability"])
+    return (
+        kind.name,
+        str(len(distinct)),
+        f"{kind.share(game.runs):.0%}",
+        *(f"{kind.share(game.runs, start):.0%}" for start in STARTS),
+        _range(f"{row['social_cost']:.3f}" for row in (distinct[0], distinct[-1])),
+        _range(chance(row) for row in (risks[0], risks[-1])),
+        f"{max(row['regret'] for row in kind.rows):.0e}",
+    )
+
+
+def _range(ends: Iterator[str]) -> str:
+    return " to ".join(dict.fromkeys(ends))
+
+
+def words(rows: Sequence[StudyRow]) -> Iterator[str]:
+    """What the rows say, in sentences that the data write."""
+    found = games(rows)
+    for game in found:
+        known, kinds = game.equilibria, game.kinds
+        if not known:
+            yield f"{game.name}: no run ended at an equilibrium."
+            continue
+        often = max(kinds, key=lambda kind: kind.share(game.runs))
+        dearest, cheapest = known[-1]["social_cost"], known[0]["social_cost"]
+        best = sum(row["social_cost"] <= cheapest * (1 + SAME) for row in game.ended)
+        yield (
+            f"{game.name}: {len(known)} distinct in cost or kind, of {len(kinds)} kinds; the "
+            f"dearest is {dearest / cheapest - 1:.2%} above the cheapest; {_risks(known)}. The "
+            f"commonest kind is {often.name}, from {often.share(game.runs):.0%} of the runs; "
+            f"{best / len(game.runs):.0%} end at the least cost."
+        )
+    lost = sum(row["status"] != "equilibrium" for game in found for row in game.runs)
+    yield f"Runs that did not end at a certified equilibrium: {lost} of {len(rows)}."
+    yield from missing(rows)
+
+
+def _risks(known: Sequence[StudyRow]) -> str:
+    safest = min(known, key=lambda row: row["crash_probability_high"])
+    riskiest = max(known, key=lambda row: row["crash_probability_low"])
+    least = limits(riskiest)[0] / limits(safest)[1]
+    if len(known) == 1:
+        return f"its crash probability is {chance(riskiest)}"
+    if least <= 1:
+        return f"their crash probabilities are not told apart ({chance(riskiest)})"
+    return (
+        f"crash probabilities from {chance(safest)} to {chance(riskiest)}, "
+        f"at least {least:.2g} times as likely"
+    )
+
+
+def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
+    """Draw a panel for each game."""
+    return {"": draw_atlas(games(rows))}
+
+
+STUDY = Study("atlas", QUESTION, CHOICE, cells, tables, words, draw, digest=digest)

@@ -1,0 +1,1 @@
+"""The study ``scaling``: its data, its figure, and the study that uses both."""

@@ -1,0 +1,98 @@
+"""Tables, sentences and figures of the study ``sensitivity``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from benchmarks.studies.prices import (
+    EQUILIBRIA,
+    NOTE,
+    SAME,
+    SUMMARY,
+    Price,
+    digest,
+    missing,
+    sides,
+    summary,
+)
+from benchmarks.studies.results import StudyRow
+from benchmarks.studies.sensitivity.data import AXES, by_level, cells
+from benchmarks.studies.sensitivity.figure import draw_levels
+from benchmarks.studies.study import PAPER, Choice, Study, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUESTION = (
+    "How far do cost gap and risk ratio depend on the cap M', the horizon, the square root of two "
+    "and the speed set?"
+)
+CHOICE = Choice(PAPER, ("l1", "disc", "box"), (0.5, 0.8, 0.9), episodes=100_000)
+
+COLUMNS = ("level", "scenario", *SUMMARY)
+
+
+def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
+    """All scenarios together, and then each."""
+    found = {name: by_level(rows, name) for name in EQUILIBRIA}
+    scenarios = list(dict.fromkeys(row["scenario"] for row in rows))
+    whole, each = [], []
+    for level in dict.fromkeys(level for some in found.values() for level in some):
+        here = {name: some.get(level, []) for name, some in found.items()}
+        count = len({one.selfish["scenario"] for some in here.values() for one in some})
+        whole.append((level, f"all {count}", *summary(here)))
+        each += [(level, one, *summary(_of(one, here))) for one in scenarios]
+    yield Table("Levels of each factor", COLUMNS, whole, NOTE, texts=2)
+    yield Table("Levels of each factor, by scenario", COLUMNS, each, NOTE, texts=2)
+
+
+def _of(scenario: str, chosen: Mapping[str, list[Price]]) -> dict[str, list[Price]]:
+    return {
+        name: [one for one in some if one.selfish["scenario"] == scenario]
+        for name, some in chosen.items()
+    }
+
+
+def words(rows: Sequence[StudyRow]) -> Iterator[str]:
+    """What the rows say, in sentences that the data write."""
+    for name in EQUILIBRIA:
+        found = by_level(rows, name)
+        for what, tell in TOLD.items():
+            listed = ", ".join(f"{level} {tell(chosen)}" for level, chosen in found.items())
+            yield f"{name}, {what}: {listed or 'no game'}."
+    yield from missing(rows)
+
+
+def _gap(chosen: Sequence[Price]) -> str:
+    return f"{sum(one.cost - 1 for one in chosen) / len(chosen):.1%}"
+
+
+def _crashes(chosen: Sequence[Price]) -> str:
+    both = ([one.selfish for one in chosen], [one.social for one in chosen])
+    means = (sum(row["crash_probability"] for row in some) / len(some) for some in both)
+    return " / ".join(f"{mean:.1e}" for mean in means)
+
+
+def _as_the_paper(chosen: Sequence[Price]) -> str:
+    return str(sum(one.same_cost and one.riskier for one in chosen))
+
+
+TOLD: dict[str, Callable[[Sequence[Price]], str]] = {
+    "mean cost gap": _gap,
+    "riskier / safer than the optimum beyond doubt": lambda some: f"{sides(some)} of {len(some)}",
+    f"riskier and within {SAME:.0%} of the optimum's cost, as the paper has it": _as_the_paper,
+    "mean crash probability, and that of the optimum": _crashes,
+}
+"""What is told of every level."""
+
+
+def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
+    """Draw cost and risk ratios at every level."""
+    return {"": draw_levels({name: by_level(rows, name) for name in EQUILIBRIA})}
+
+
+STUDY = Study(
+    "sensitivity", QUESTION, CHOICE, cells, tables, words, draw, digest=partial(digest, axes=AXES)
+)

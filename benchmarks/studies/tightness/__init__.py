@@ -1,0 +1,1 @@
+"""The study ``tightness``: its data, its figure, and the study that uses both."""
