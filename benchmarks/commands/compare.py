@@ -26,7 +26,7 @@ from benchmarks.terminal import (
 )
 
 if TYPE_CHECKING:
-    from benchmarks.comparison.compare import Played, Row
+    from benchmarks.comparison.compare import Played, PlayerResult
     from ppg_env.game.game import Game
     from ppg_env.support.statistics import Interval
 
@@ -134,7 +134,7 @@ def compare(
         typer.echo(f"picture: {picture}", err=True)
 
 
-def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
+def _print(game: Game, rows: list[PlayerResult], arena: str, episodes: int) -> None:
     from benchmarks.comparison.report import game_name
 
     cells = _schedule_cells if arena == "schedule" else _env_cells
@@ -155,15 +155,15 @@ def _print(game: Game, rows: list[Row], arena: str, episodes: int) -> None:
     )
 
 
-def _status(row: Row) -> str:
+def _status(row: PlayerResult) -> str:
     return "" if row.solution is None else str(row.solution.status)
 
 
-def _why(row: Row) -> str:
+def _why(row: PlayerResult) -> str:
     return "" if row.solution is None else row.solution.advice
 
 
-def _schedule_cells(row: Row) -> tuple[str, ...]:
+def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
     assert row.solution is not None
     judged, played, regret = row.solution.evaluation, row.played, row.solution.regret
     assert judged is not None
@@ -181,7 +181,7 @@ def _schedule_cells(row: Row) -> tuple[str, ...]:
     )
 
 
-def _env_cells(row: Row) -> tuple[str, ...]:
+def _env_cells(row: PlayerResult) -> tuple[str, ...]:
     played = row.played
     assert played is not None
     assert played.success is not None

@@ -19,7 +19,7 @@ from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
     from benchmarks.comparison.players import PlannerOptions
-    from benchmarks.crash_risk.analytic import Question
+    from benchmarks.crash_risk.analytic import RiskQuery
 
 METHODS = {
     "bound": "benchmarks.crash_risk.analytic",
@@ -89,7 +89,7 @@ def risk(
         require(simulated or not given, option, "is for simulation", "add --method mc")
     limits = PlannerOptions(check_solver(solver), time_limit, seed)
     with working(f"{method} of {subject}") as status:
-        asked = _question(subject, player, overrides, arena, limits)
+        asked = _query(subject, player, overrides, arena, limits)
         violations: tuple[str, ...] = ()
         if asked.profile is not None:
             violations = evaluate(asked.game, asked.profile).violations()
@@ -139,16 +139,16 @@ def risk(
     )
 
 
-def _question(
+def _query(
     subject: str,
     player: str | None,
     overrides: dict[str, Any],
     arena: str | None,
     limits: PlannerOptions,
-) -> Question:
+) -> RiskQuery:
     """A plan file has its game and its plans; in a game, planners plan first."""
     from benchmarks.comparison.players import RECEDING, chosen_players, entrant
-    from benchmarks.crash_risk.analytic import Question
+    from benchmarks.crash_risk.analytic import RiskQuery
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
@@ -158,14 +158,14 @@ def _question(
         given += [f"--{name.replace('_', '-')}" for name in overrides]
         require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
         game, profile, _ = read_plan(subject)
-        return Question(game, profile, None, limits, arena or "schedule")
+        return RiskQuery(game, profile, None, limits, arena or "schedule")
     names, arena = chosen_players("nash" if player is None else player, arena, "--player")
     require(len(names) == 1, "--player", "has several names", "name one")
     made = make_game(subject, **overrides)
     who = entrant(names[0], made, limits)
     if who.solution is None:
-        return Question(made, None, who, limits, arena)
+        return RiskQuery(made, None, who, limits, arena)
     if who.solution.profile is None:
         no_solution(who.solution.advice)
     anew = who.name == RECEDING  # its first plan is not what it plays
-    return Question(made, None if anew else who.solution.profile, who, limits, arena)
+    return RiskQuery(made, None if anew else who.solution.profile, who, limits, arena)

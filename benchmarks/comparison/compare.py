@@ -77,7 +77,7 @@ class Played:
 
 
 @dataclass(frozen=True)
-class Row:
+class PlayerResult:
     """One player and its simulation; ``played`` is None where there is no plan."""
 
     entrant: Entrant
@@ -109,7 +109,7 @@ def compare(
     workers: int = 1,
     groups: int = 1,
     progress: Callable[[str], None] = lambda _player: None,
-) -> list[Row]:
+) -> list[PlayerResult]:
     """Let each of ``players`` plan or load, and simulate ``episodes`` of it in ``arena``.
 
     In ``env`` the episodes are shared out among the runs of the learners, or into as many
@@ -139,7 +139,7 @@ def compare(
                 played = replace(
                     played, crash=tuple(found.agents), crash_any=found.any, method="rare"
                 )
-        rows.append(Row(one, played))
+        rows.append(PlayerResult(one, played))
     return rows
 
 
@@ -215,7 +215,7 @@ def expected_cost(
 
 
 def comparison_report(
-    game: Game, rows: Sequence[Row], arena: str, episodes: int, seed: int
+    game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int, seed: int
 ) -> dict[str, Any]:
     """What ``ppg compare --json`` prints."""
     return {
@@ -230,7 +230,7 @@ def comparison_report(
     }
 
 
-def row_report(row: Row) -> dict[str, Any]:
+def row_report(row: PlayerResult) -> dict[str, Any]:
     """One of its rows."""
     solution, played = row.solution, row.played
     head: dict[str, Any] = {"player": row.player}
