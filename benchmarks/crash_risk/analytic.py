@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.players import Entrant, PlannerOptions
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.comparison.players import Entrant
 from ppg_env.errors import InputError
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
@@ -35,7 +36,7 @@ class RiskQuery:
     ----------
     profile : the plans that are played on schedule; None for players without plans.
     entrant : who plays in the environment; None for a plan file.
-    limits : a solver for players that plan on the way, and the seed.
+    planner : options of players that replan while they play, and the seed.
     arena : ``schedule`` or ``env``, for methods that simulate.
     against : another game and profile that the crashes are compared with.
     swept : whether to look between the instants.
@@ -46,7 +47,7 @@ class RiskQuery:
     game: Game
     profile: Profile | None
     entrant: Entrant | None = None
-    limits: PlannerOptions = field(default_factory=PlannerOptions)
+    planner: PlannerOptions = field(default_factory=PlannerOptions)
     arena: str = "schedule"
     against: tuple[Game, Profile] | None = None
     swept: bool = False

@@ -31,11 +31,11 @@ def mc(query: RiskQuery) -> RiskReport:
     _check(query)
     game, samples = query.game, query.episodes or PLAIN
     if query.arena == "env":
-        found = evaluate_runs(game, _runs(query), samples, query.limits.seed).summary
+        found = evaluate_runs(game, _runs(query), samples, query.planner.seed).summary
         promise, details = f"{samples:,} episodes in the environment", {"arena": "env"}
         return _answer(promise, found.crash, found.crash_any, samples, details)
     assert query.profile is not None
-    mine, request = (game, query.profile), (samples, query.limits.seed)
+    mine, request = (game, query.profile), (samples, query.planner.seed)
     tools: dict[str, Any] = {"workers": query.workers, "progress": query.progress}
     if query.against is not None:
         looks = (query.swept, query.swept)
@@ -58,7 +58,7 @@ def mc(query: RiskQuery) -> RiskReport:
 def rare(query: RiskQuery) -> RiskReport:
     """Sample crashes that plain episodes would hardly show."""
     _check(query)
-    game, seed = query.game, query.limits.seed
+    game, seed = query.game, query.planner.seed
     require(query.against is None, "--against", "is for counting", "add --method mc")
     if query.arena == "env":
         if query.entrant is not None and query.entrant.name == RECEDING:
@@ -110,7 +110,7 @@ def _check(query: RiskQuery) -> None:
 def _runs(query: RiskQuery) -> Sequence[Sequence[Player]]:
     """Who plays in the environment, for each training."""
     if query.entrant is not None:
-        return query.entrant.policies(query.game, query.limits)
+        return query.entrant.policies(query.game, query.planner)
     assert query.profile is not None
     return [track(query.game, query.profile)]
 
