@@ -1,15 +1,27 @@
-"""Options that several commands share, declared once."""
+"""Options that several commands share, declared once.
+
+A command lists such options as one parameter, and a decorator replaces that parameter by the
+options when Typer reads the signature:
+
+    with_game_options      overrides: dict[str, Any]     fields of the game that were given
+    with_planner_options   planner: PlannerOptions       the options named to the decorator
+    with_group             any dataclass                 its fields, each an annotated option
+"""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import fields
 from functools import wraps
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from ppg_env.errors import InputError
+
+Command = Callable[..., None]
 
 GameArgument = Annotated[
     str,
@@ -21,24 +33,20 @@ PlanArgument = Annotated[
     str, typer.Argument(metavar="PLAN", help="A plan file that ppg solve --out wrote.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
-SolverOption = Annotated[
-    str, typer.Option("--solver", help="ENGINE, or a MILP solver by its name in cvxpy.")
-]
-TimeLimitOption = Annotated[
-    float | None,
-    typer.Option("--time-limit", min=0.0, metavar="S", help="Seconds for each solution."),
-]
-ChargeOption = Annotated[
-    str,
-    typer.Option(
-        "--charge",
-        metavar="selfish|pigou|partial:A|right-of-way",
-        help="Who pays which share of a pair's losses, in nash and best responses.",
-    ),
-]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Random seed.")]
 WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads; results do not depend on them.")
+]
+JobsOption = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes; results do not depend on them.")
+]
+ArenaOption = Annotated[
+    str | None,
+    typer.Option(
+        "--arena",
+        metavar="schedule|env",
+        help="Plans on schedule, or the environment (default: if a player needs it).",
+    ),
 ]
 
 _GAME_OPTIONS: dict[str, Any] = {
@@ -52,7 +60,7 @@ _GAME_OPTIONS: dict[str, Any] = {
     "horizon": Annotated[int | None, typer.Option(help="Last time step.")],
     "margin_cap": Annotated[float | None, typer.Option(metavar="M", help="Cap on margins.")],
     "objective": Annotated[
-        str | None, typer.Option(metavar="margin|risk", help="What safety costs.")
+        str | None, typer.Option(metavar="margin|risk", help="Safety cost of the objective.")
     ],
     "crash_cost": Annotated[float | None, typer.Option(metavar="C", help="Cost of a crash.")],
     "speed": Annotated[str | None, typer.Option(metavar="box|l1|disc", help="Set of velocities.")],
@@ -61,39 +69,122 @@ _GAME_OPTIONS: dict[str, Any] = {
     ],
 }
 
+_PLANNER_OPTIONS: dict[str, Any] = {
+    "solver": Annotated[
+        str, typer.Option("--solver", help="ENGINE, or a MILP solver by its name in cvxpy.")
+    ],
+    "time_limit": Annotated[
+        float | None,
+        typer.Option("--time-limit", min=0.0, metavar="S", help="Seconds for each solution."),
+    ],
+    "node_limit": Annotated[
+        int | None,
+        typer.Option(
+            "--node-limit",
+            min=1,
+            help="Linear programs for social and potential, machine-independent.",
+        ),
+    ],
+    "seed": SeedOption,
+    "start": Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="straight|sequential",
+            help="First profile of nash (straight up to 5 agents, else sequential).",
+        ),
+    ],
+    "order": Annotated[
+        str,
+        typer.Option(
+            "--order", metavar="cyclic|random|simultaneous", help="Order of moves of nash."
+        ),
+    ],
+    "charge": Annotated[
+        str,
+        typer.Option(
+            "--charge",
+            metavar="selfish|pigou|partial:A|right-of-way",
+            help="Liability rule of nash and best responses: each agent's share of a pair's "
+            "losses.",
+        ),
+    ],
+}
 
-def with_game_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give ``command`` the game options; it receives them as one mapping ``overrides``."""
-    signature = inspect.signature(command, eval_str=True)
-    own = [p for p in signature.parameters.values() if p.name != "overrides"]
-    hints = {p.name: p.annotation for p in own}
-    extra = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=hint)
-        for name, hint in _GAME_OPTIONS.items()
-    ]
+
+def with_game_options(command: Command) -> Command:
+    """Give ``command`` the game options; it receives those given as a mapping ``overrides``."""
+    options = [_option(name, hint, None) for name, hint in _GAME_OPTIONS.items()]
+
+    def overrides(values: dict[str, Any]) -> dict[str, Any]:
+        given = values | {name: numbers(name, values[name]) for name in ("lam", "gain")}
+        return {name: value for name, value in given.items() if value is not None}
+
+    return _expanded(command, "overrides", options, overrides)
+
+
+def with_planner_options(*names: str, **defaults: Any) -> Callable[[Command], Command]:
+    """Give a command the planner options ``names``; it receives one ``planner: PlannerOptions``.
+
+    ``defaults`` are those that differ from the defaults of :class:`PlannerOptions`.
+    """
+    options = [_option(name, _PLANNER_OPTIONS[name], (DEFAULTS | defaults)[name]) for name in names]
+
+    def planner(values: dict[str, Any]) -> PlannerOptions:
+        from solvers.dispatch import check_solver
+
+        if "solver" in values:
+            values["solver"] = check_solver(values["solver"])
+        return PlannerOptions(**values)
+
+    return lambda command: _expanded(command, "planner", options, planner)
+
+
+def with_group(parameter: str, group: type) -> Callable[[Command], Command]:
+    """Give a command the fields of the dataclass ``group`` as options.
+
+    The command receives one ``group`` object as ``parameter``.
+    """
+    hints = get_type_hints(group, include_extras=True)
+    options = [_option(f.name, hints[f.name], f.default) for f in fields(group)]
+    return lambda command: _expanded(command, parameter, options, lambda values: group(**values))
+
+
+def _option(name: str, hint: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def _expanded(
+    command: Command,
+    parameter: str,
+    options: Sequence[inspect.Parameter],
+    gather: Callable[[dict[str, Any]], Any],
+) -> Command:
+    """Replace one parameter by ``options``; the command receives ``gather`` of their values."""
+    expanded: list[inspect.Parameter] = []
+    for own in inspect.signature(command, eval_str=True).parameters.values():
+        own = own.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        expanded += options if own.name == parameter else [own]
 
     @wraps(command)
     def wrapper(**values: Any) -> None:
-        given = {name: values.pop(name) for name in _GAME_OPTIONS}
-        for name in ("lam", "gain"):
-            given[name] = numbers(name, given[name])
-        command(**values, overrides={k: v for k, v in given.items() if v is not None})
+        given = {option.name: values.pop(option.name) for option in options}
+        command(**values, **{parameter: gather(given)})
 
-    keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
-    # Typer reads what inspect.signature reports; the attribute is how to tell it.
-    wrapper.__signature__ = inspect.Signature(keyword + extra)  # type: ignore[attr-defined]
-    wrapper.__annotations__ = hints | dict(_GAME_OPTIONS)
+    # Typer and the docs read what inspect.signature reports: this attribute.
+    wrapper.__signature__ = inspect.Signature(expanded)  # type: ignore[attr-defined]
+    wrapper.__annotations__ = {own.name: own.annotation for own in expanded}
     return wrapper
 
 
 def numbers(name: str, text: str | None) -> float | list[float] | None:
-    """The number in ``text``, or the list of numbers between its commas."""
+    """Return the number in ``text``, or the list of its comma-separated numbers."""
     if text is None:
         return None
     try:
-        numbers = [float(part) for part in text.split(",")]
+        values = [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
             f"--{name}", f"is {text!r}", "write a number, or one per agent as in 0.2,0.8"
         ) from None
-    return numbers[0] if len(numbers) == 1 else numbers
+    return values[0] if len(values) == 1 else values

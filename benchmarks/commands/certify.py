@@ -2,41 +2,29 @@
 
 from __future__ import annotations
 
-from benchmarks.options import (
-    ChargeOption,
-    JsonOption,
-    PlanArgument,
-    SeedOption,
-    SolverOption,
-    TimeLimitOption,
-)
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.options import JsonOption, PlanArgument, with_planner_options
 from benchmarks.terminal import print_json, print_table, working
 
 
-def certify(
-    plan: PlanArgument,
-    charge: ChargeOption = "selfish",
-    solver: SolverOption = "ENGINE",
-    time_limit: TimeLimitOption = None,
-    as_json: JsonOption = False,
-    seed: SeedOption = 0,
-) -> None:
+@with_planner_options("charge", "solver", "time_limit", "seed")
+def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption = False) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
     from ppg_env.formats.plan_file import read_plan
     from solvers.equilibrium.certificate import certify as prove
 
     game, profile, _ = read_plan(plan)
     with working(f"best responses to {plan}"):
-        proof = prove(game, profile, charge=charge, solver=solver, time_limit=time_limit)
-    if as_json:
-        print_json(
-            {
-                "regret": proof.regret,
-                "epsilon": proof.epsilon,
-                "cost": proof.cost,
-                "bound": proof.bound,
-            }
+        proof = prove(
+            game,
+            profile,
+            charge=planner.charge,
+            solver=planner.solver,
+            time_limit=planner.time_limit,
         )
+    if as_json:
+        names = ("regret", "epsilon", "cost", "bound")
+        print_json({name: getattr(proof, name) for name in names})
         return
     rows = [
         (name, f"{cost:.6f}", f"{bound:.6f}", f"{regret:.2e}")

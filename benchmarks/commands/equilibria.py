@@ -2,89 +2,141 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import (
-    GameArgument,
-    JsonOption,
-    SeedOption,
-    SolverOption,
-    TimeLimitOption,
-    with_game_options,
-)
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import bar, no_solution, print_json, print_table
+
+if TYPE_CHECKING:
+    from ppg_env.game.evaluation import Evaluation
+    from ppg_env.game.game import Game
+    from solvers.equilibrium.enumeration import Equilibrium
+
+
+@dataclass(frozen=True)
+class EquilibriumSet:
+    """The kinds of equilibrium of ``game``, by increasing social cost, with their evaluations."""
+
+    game: Game
+    runs: int
+    kinds: Sequence[Equilibrium]
+    evaluations: Sequence[Evaluation]
+
+    @property
+    def risks(self) -> list[float]:
+        """Bounds on the probability of any crash."""
+        return [evaluation.risk_bound_any for evaluation in self.evaluations]
+
+    @property
+    def safest(self) -> int:
+        """Index of the least risk."""
+        return self.risks.index(min(self.risks))
+
+    @property
+    def riskiest(self) -> int:
+        """Index of the largest risk."""
+        return self.risks.index(max(self.risks))
 
 
 @with_game_options
+@with_planner_options("solver", "time_limit", "seed")
 def equilibria(
     game: GameArgument,
-    overrides: dict[str, Any],
+    *,
     runs: Annotated[int, typer.Option(min=1, help="Runs of the dynamics.")] = 20,
-    solver: SolverOption = "ENGINE",
-    time_limit: TimeLimitOption = None,
-    seed: SeedOption = 0,
+    planner: PlannerOptions,
     as_json: JsonOption = False,
+    overrides: dict[str, Any],
 ) -> None:
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
-    from benchmarks.comparison.report import evaluation_report, game_name
-    from ppg_env import tolerances as tol
     from ppg_env.scenarios.make import make_game
     from solvers.equilibrium.enumeration import collect_equilibria
 
     made = make_game(game, **overrides)
     with bar(f"equilibria of {game}", runs) as advance:
-        found = collect_equilibria(
-            made, runs=runs, seed=seed, solver=solver, time_limit=time_limit, progress=advance
+        kinds = collect_equilibria(
+            made,
+            runs=runs,
+            seed=planner.seed,
+            solver=planner.solver,
+            time_limit=planner.time_limit,
+            progress=advance,
         )
-    if not found:
-        no_solution(f"none of {runs} runs came to an equilibrium; allow more runs or time")
-    judged = [one.solution.evaluation for one in found if one.solution.evaluation is not None]
-    risks = [one.risk_bound_any for one in judged]
-    safest, riskiest = risks.index(min(risks)), risks.index(max(risks))
+    if not kinds:
+        no_solution(f"none of {runs} runs reached an equilibrium; allow more runs or time")
+    evaluations = [
+        kind.solution.evaluation for kind in kinds if kind.solution.evaluation is not None
+    ]
+    collection = EquilibriumSet(made, runs, kinds, evaluations)
     if as_json:
-        print_json(
+        print_json(_report(collection))
+    else:
+        _print(collection)
+
+
+def _report(collection: EquilibriumSet) -> dict[str, Any]:
+    from benchmarks.comparison.report import evaluation_report, game_name
+
+    return {
+        "scenario": game_name(collection.game),
+        "runs": collection.runs,
+        "equilibria": [
             {
-                "scenario": game_name(made),
-                "runs": runs,
-                "equilibria": [
-                    {
-                        "name": kind.name,
-                        "found": kind.found,
-                        "regret": kind.solution.regret,
-                        **evaluation_report(one),
-                    }
-                    for kind, one in zip(found, judged, strict=True)
-                ],
-                "cheapest": 0,
-                "dearest": len(found) - 1,
-                "safest": safest,
-                "riskiest": riskiest,
+                "name": kind.name,
+                "found": kind.found,
+                "regret": kind.solution.regret,
+                **evaluation_report(evaluation),
             }
-        )
-        return
-    words: dict[int, list[str]] = {}
-    if judged[-1].social_cost - judged[0].social_cost > tol.AGREEMENT:
-        words[0], words[len(found) - 1] = ["cheapest"], ["dearest"]
-    if risks[riskiest] > risks[safest] * (1 + tol.AGREEMENT):
-        words.setdefault(safest, []).append("safest")
-        words.setdefault(riskiest, []).append("riskiest")
+            for kind, evaluation in zip(collection.kinds, collection.evaluations, strict=True)
+        ],
+        "cheapest": 0,
+        "dearest": len(collection.kinds) - 1,
+        "safest": collection.safest,
+        "riskiest": collection.riskiest,
+    }
+
+
+def _print(collection: EquilibriumSet) -> None:
+    from benchmarks.comparison.report import game_name
+
+    labels = _labels(collection)
     rows = [
         (
             kind.name,
-            ", ".join(words.get(k, [])),
-            f"{one.social_cost:.4f}",
-            f"{one.risk_bound_any:.2e}",
-            " ".join(map(str, one.arrival)),
+            ", ".join(labels.get(k, [])),
+            f"{evaluation.social_cost:.4f}",
+            f"{evaluation.risk_bound_any:.2e}",
+            " ".join(map(str, evaluation.arrival)),
             f"{kind.solution.regret.max():.1e}" if kind.solution.regret is not None else "",
             f"{kind.found}",
         )
-        for k, (kind, one) in enumerate(zip(found, judged, strict=True))
+        for k, (kind, evaluation) in enumerate(
+            zip(collection.kinds, collection.evaluations, strict=True)
+        )
     ]
     print_table(
-        f"{game_name(made)}: kinds of equilibrium that {runs} runs came to",
+        f"{game_name(collection.game)}: kinds of equilibrium reached in {collection.runs} runs",
         ("who passes whom", "", "social cost", "crash risk at most", "arrivals", "regret", "runs"),
         rows,
         texts=2,
     )
+
+
+def _labels(collection: EquilibriumSet) -> dict[int, list[str]]:
+    """Name the cheapest and costliest, the safest and riskiest, where they differ."""
+    from ppg_env import tolerances as tol
+
+    labels: dict[int, list[str]] = {}
+    first, last = collection.evaluations[0], collection.evaluations[-1]
+    if last.social_cost - first.social_cost > tol.AGREEMENT:
+        labels[0], labels[len(collection.kinds) - 1] = ["cheapest"], ["costliest"]
+    risks, safest, riskiest = collection.risks, collection.safest, collection.riskiest
+    if risks[riskiest] > risks[safest] * (1 + tol.AGREEMENT):
+        labels.setdefault(safest, []).append("safest")
+        labels.setdefault(riskiest, []).append("riskiest")
+    return labels

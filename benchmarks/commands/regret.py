@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import (
-    GameArgument,
-    JsonOption,
-    SeedOption,
-    SolverOption,
-    TimeLimitOption,
-    with_game_options,
-)
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import no_solution, print_json, print_table, working
+
+if TYPE_CHECKING:
+    from baselines.regret import RegretBound
+    from ppg_env.env.players import Player
+    from ppg_env.game.game import Game
+
+KINDS = ("trained", "planned")
 
 
 @with_game_options
+@with_planner_options("solver", "time_limit", "seed", time_limit=60.0)
 def regret(
     game: GameArgument,
-    overrides: dict[str, Any],
-    player: Annotated[str, typer.Option(help="Who plays: a name, or a learner's file.")] = (
+    *,
+    player: Annotated[str, typer.Option(help="The player: a name, or a learner's file.")] = (
         "ppo-selfish"
     ),
     run: Annotated[int, typer.Option(min=0, help="Which training run of a learner.")] = 0,
@@ -32,73 +34,86 @@ def regret(
         int,
         typer.Option(min=100, help="Episodes to choose a deviation in, and to evaluate it."),
     ] = 50_000,
-    solver: SolverOption = "ENGINE",
-    time_limit: TimeLimitOption = 60.0,
-    seed: SeedOption = 0,
+    planner: PlannerOptions,
     as_json: JsonOption = False,
+    overrides: dict[str, Any],
 ) -> None:
-    """Lower bounds on regret: what each agent gains by the best deviation that is found."""
+    """Bound regret from below: what each agent gains by the best deviation that is found."""
     from baselines.regret import regret_bounds
     from baselines.train import require_extra
-    from benchmarks.comparison.players import PlannerOptions, chosen_players, entrant
-    from benchmarks.comparison.report import game_name
-    from ppg_env.errors import require
+    from benchmarks.comparison.players import chosen_player
     from ppg_env.scenarios.make import make_game
-    from solvers.dispatch import check_solver
 
-    (name, *others), _ = chosen_players(player, place="--player")
-    require(not others, "--player", "has several names", "ask for one")
+    name, _ = chosen_player(player)
     if steps:
         require_extra()
-    limits = PlannerOptions(check_solver(solver), time_limit, seed)
     made = make_game(game, **overrides)
     with working(f"regret of {name} in {game}") as status:
-        one = entrant(name, made, limits)
-        if not one.policies(made, limits):
-            no_solution(one.solution.advice if one.solution else "there is nothing to play")
-        require(run < one.runs, "--run", f"is {run} of {one.runs}", "count runs from 0")
+        players = _players(name, made, run, planner)
         status.update(f"looking for deviations from {name} in {game}")
-        found = regret_bounds(
+        bounds = regret_bounds(
             made,
-            one.policies(made, limits)[run],
+            players,
             steps=steps,
             episodes=episodes,
-            seed=seed,
-            solver=limits.solver,
-            time_limit=time_limit,
+            seed=planner.seed,
+            solver=planner.solver,
+            time_limit=planner.time_limit,
         )
     if as_json:
-        agents = [
-            {
-                "agent": made.agent_names[i],
-                "regret": vars(bound.regret),
-                "deviation": bound.deviation,
-                "gains": {name: vars(gain) for name, gain in bound.gains.items()},
-            }
-            for i, bound in found.items()
-        ]
-        print_json({"scenario": game_name(made), "player": name, "run": run, "agents": agents})
-        return
+        print_json(_report(made, name, run, bounds))
+    else:
+        _print(made, name, episodes, bounds)
+
+
+def _players(name: str, game: Game, run: int, planner: PlannerOptions) -> list[Player]:
+    """Return the players of the chosen run."""
+    from benchmarks.comparison.players import entrant
+    from ppg_env.errors import require
+
+    ready = entrant(name, game, planner)
+    runs = ready.policies(game, planner)
+    if not runs:
+        no_solution(ready.solution.advice if ready.solution else "there is nothing to play")
+    require(run < len(runs), "--run", f"is {run} of {len(runs)}", "count runs from 0")
+    return list(runs[run])
+
+
+def _report(game: Game, name: str, run: int, bounds: dict[int, RegretBound]) -> dict[str, Any]:
+    from benchmarks.comparison.report import game_name
+
+    agents = [
+        {
+            "agent": game.agent_names[i],
+            "regret": vars(bound.regret),
+            "deviation": bound.deviation,
+            "gains": {kind: vars(gain) for kind, gain in bound.gains.items()},
+        }
+        for i, bound in bounds.items()
+    ]
+    return {"scenario": game_name(game), "player": name, "run": run, "agents": agents}
+
+
+def _print(game: Game, name: str, episodes: int, bounds: dict[int, RegretBound]) -> None:
+    from benchmarks.comparison.report import game_name
+
     rows = [
         (
-            made.agent_names[i],
+            game.agent_names[i],
             bound.deviation,
             _shown(bound.regret),
-            *(_shown(bound.gains[key]) if key in bound.gains else "" for key in KINDS),
+            *(_shown(bound.gains[kind]) if kind in bound.gains else "" for kind in KINDS),
         )
-        for i, bound in found.items()
+        for i, bound in bounds.items()
     ]
     print_table(
-        f"{name} in {game_name(made)}: regret, estimated from below",
-        ("agent", "deviation", "regret from", *(f"gain {key}" for key in KINDS)),
+        f"{name} in {game_name(game)}: regret, estimated from below",
+        ("agent", "deviation", "regret from", *(f"gain {kind}" for kind in KINDS)),
         rows,
         f"In the agent's expected cost; the others play on as they are. {episodes:,} episodes, "
         "95 % intervals. A deviation that gains nothing is not made.",
         texts=2,
     )
-
-
-KINDS = ("trained", "planned")
 
 
 def _shown(interval: Any) -> str:

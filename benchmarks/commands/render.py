@@ -1,4 +1,4 @@
-"""``ppg render``: a picture of a plan, or of a game before anybody moves."""
+"""``ppg render``: a picture of a plan, or of a game before any agent moves."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ def render(
     target: Annotated[
         str, typer.Argument(metavar="PLAN|GAME", help="A plan file (.json), or a game.")
     ],
-    overrides: dict[str, Any],
+    *,
     out: Annotated[
         str, typer.Option(metavar="PNG", help="Where to write the picture.")
     ] = "plan.png",
     as_json: JsonOption = False,
     seed: SeedOption = 0,
+    overrides: dict[str, Any],
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
     from benchmarks.comparison.pictures import profile_picture

@@ -1,14 +1,19 @@
-"""``ppg reproduce``: the paper's figures and claims, from nothing to a report."""
+"""``ppg reproduce``: the paper's figures and claims, as a report."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmarks.options import JsonOption, SeedOption
+from benchmarks.options import JobsOption, JsonOption, SeedOption, with_group
 from benchmarks.terminal import NO_SOLUTION, bar, print_json, print_table
+
+if TYPE_CHECKING:
+    from benchmarks.reproduction.extent import Extent
+    from benchmarks.reproduction.run import Reproduction
 
 NOTE = (
     "Cases: settings (speed set, margin cap M'), scenarios, gains K, equilibria by start and order "
@@ -17,93 +22,130 @@ NOTE = (
 )
 
 
-def reproduce(
+@dataclass(frozen=True)
+class Range:
+    """What is reproduced."""
+
     scenarios: Annotated[
         str | None, typer.Option(help="Scenarios, by name (default: the paper's).")
-    ] = None,
+    ] = None
     settings: Annotated[
         str | None,
         typer.Option(
             metavar="SPEED:CAP,...", help="Speed sets with margin caps (default: four settings)."
         ),
-    ] = None,
+    ] = None
     lams: Annotated[
         str | None, typer.Option(help="Values of lam (default: ten from 0.05 to 0.9).")
-    ] = None,
-    episodes: Annotated[
-        int, typer.Option(min=1, help="Simulated episodes of each cell.")
-    ] = 100_000,
+    ] = None
+    episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes of each cell.")] = 100_000
+
+    def extent(self, seed: int) -> Extent:
+        """Return the extent, with the paper's values where nothing was given."""
+        from benchmarks.options import numbers
+        from benchmarks.reproduction.extent import (
+            LAMS,
+            SCENARIOS,
+            SETTINGS,
+            Extent,
+            read_settings,
+        )
+
+        lams = numbers("lams", self.lams)
+        return Extent(
+            settings=SETTINGS if self.settings is None else read_settings(self.settings),
+            scenarios=SCENARIOS if self.scenarios is None else tuple(self.scenarios.split(",")),
+            lams=LAMS if lams is None else tuple(lams) if isinstance(lams, list) else (lams,),
+            episodes=self.episodes,
+            seed=seed,
+        )
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Files that are read and written."""
+
     store: Annotated[
         str | None,
         typer.Option(
             metavar="DB",
-            help="Where cells are kept; those there are not run again "
-            "(default out/reproduction.db).",
+            help="Store of cells; stored cells are not run again (default out/reproduction.db).",
         ),
-    ] = None,
+    ] = None
     out: Annotated[
         str | None, typer.Option(metavar="HTML", help="The report (default out/reproduction.html).")
-    ] = None,
+    ] = None
     figures: Annotated[
         str | None,
-        typer.Option(metavar="STEM", help="Write each figure, too, as STEM-SPEED-CAP-K.png."),
-    ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes; results do not depend on them.")] = 1,
+        typer.Option(metavar="STEM", help="Also write each figure, as STEM-SPEED-CAP-K.png."),
+    ] = None
+
+
+@with_group("chosen", Range)
+@with_group("paths", Paths)
+def reproduce(
+    *,
+    chosen: Range,
+    paths: Paths,
+    jobs: JobsOption = 1,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """The paper's figures and claims, with verdicts: a table here, and a report to open."""
-    from benchmarks.figures import write_figure
-    from benchmarks.options import numbers
+    """Reproduce the paper's figures and claims: a table of verdicts, and a report to open."""
     from benchmarks.output_paths import FOLDER, own_folder, target
-    from benchmarks.reproduction.extent import LAMS, SCENARIOS, SETTINGS, Extent, read_settings
-    from benchmarks.reproduction.page import write_page
-    from benchmarks.reproduction.pictures import draw
     from benchmarks.reproduction.run import report, reproduce
     from ppg_env.errors import require
     from ppg_env.support.atomic_write import check_target
 
-    given = numbers("lams", lams)
-    extent = Extent(
-        settings=SETTINGS if settings is None else read_settings(settings),
-        scenarios=SCENARIOS if scenarios is None else tuple(scenarios.split(",")),
-        lams=LAMS if given is None else tuple(given) if isinstance(given, list) else (given,),
-        episodes=episodes,
-        seed=seed,
-    )
-    path = Path(target("reproduction", ".db", store))
-    page = None if as_json and out is None else target("reproduction", ".html", out)
-    if figures is not None:
-        require(figures != "", "--figures", "is empty", "write how the files' names begin")
-        check_target(f"{figures}.png", ".png", ours=FOLDER)
-    own_folder(str(path))
+    extent = chosen.extent(seed)
+    store = Path(target("reproduction", ".db", paths.store))
+    page = None if as_json and paths.out is None else target("reproduction", ".html", paths.out)
+    if paths.figures is not None:
+        require(paths.figures != "", "--figures", "is empty", "write how the files' names begin")
+        check_target(f"{paths.figures}.png", ".png", ours=FOLDER)
+    own_folder(str(store))
     with bar("reproduce", extent.size) as advance:
-        found = reproduce(extent, path, jobs=jobs, progress=advance)
-    if page is not None:
-        own_folder(page)
-        write_page(found, page)
-    if figures is not None:
-        for (setting, gain), panels in found.sheets.items():
-            name = f"{setting.speed}-{setting.margin_cap:g}-K{gain:g}"
-            write_figure(draw(panels), f"{figures}-{name}.png")
+        reproduction = reproduce(extent, store, jobs=jobs, progress=advance)
+    _write(reproduction, page, paths.figures)
     if as_json:
-        print_json(report(found))
+        print_json(report(reproduction))
     else:
-        print_table(
-            "The paper's claims",
-            ("claim", "verdict", "cases"),
-            [
-                (one.claim.key, str(one.verdict), f"{one.verdict.holding}/{one.verdict.total}")
-                for one in found.findings
-            ],
-            NOTE,
-            texts=2,
-        )
+        _print(reproduction)
     if page is not None:
         typer.echo(f"report: {page}", err=True)
-    if found.failed:
-        typer.echo(
-            f"ppg: {len(found.failed)} cells have no result, the first: {found.failed[0]}.",
-            err=True,
+    _report_failures(reproduction)
+
+
+def _write(reproduction: Reproduction, page: str | None, figures: str | None) -> None:
+    """Write the report, and the figures where they are asked for."""
+    from benchmarks.figures import write_figure
+    from benchmarks.output_paths import own_folder
+    from benchmarks.reproduction.page import write_page
+    from benchmarks.reproduction.pictures import draw
+
+    if page is not None:
+        own_folder(page)
+        write_page(reproduction, page)
+    if figures is not None:
+        for (setting, gain), panels in reproduction.sheets.items():
+            name = f"{setting.speed}-{setting.margin_cap:g}-K{gain:g}"
+            write_figure(draw(panels), f"{figures}-{name}.png")
+
+
+def _print(reproduction: Reproduction) -> None:
+    rows = [
+        (
+            finding.claim.key,
+            str(finding.verdict),
+            f"{finding.verdict.holding}/{finding.verdict.total}",
         )
+        for finding in reproduction.findings
+    ]
+    print_table("The paper's claims", ("claim", "verdict", "cases"), rows, NOTE, texts=2)
+
+
+def _report_failures(reproduction: Reproduction) -> None:
+    failed = reproduction.failed
+    if failed:
+        typer.echo(f"ppg: {len(failed)} cells have no result, the first: {failed[0]}.", err=True)
         raise typer.Exit(NO_SOLUTION)

@@ -1,25 +1,25 @@
-"""``ppg risk``: how likely do the agents crash?"""
+"""``ppg risk``: crash probabilities of a plan, or of a game's players."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from benchmarks.options import (
     JsonOption,
-    SeedOption,
-    SolverOption,
-    TimeLimitOption,
     WorkersOption,
     with_game_options,
+    with_group,
+    with_planner_options,
 )
 from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
-    from benchmarks.comparison.players import PlannerOptions
-    from benchmarks.crash_risk.analytic import Question
+    from benchmarks.crash_risk.analytic import RiskQuery, RiskReport
 
 METHODS = {
     "bound": "benchmarks.crash_risk.analytic",
@@ -27,10 +27,45 @@ METHODS = {
     "mc": "benchmarks.crash_risk.simulated",
     "rare": "benchmarks.crash_risk.simulated",
 }
-"""Where each method is at home, under its name."""
+"""The module of each method, under the method's name."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """How the probability is computed."""
+
+    player: Annotated[
+        str | None,
+        typer.Option(help="The player of a game: a planner, or learned players (nash)."),
+    ] = None
+    method: Annotated[str, typer.Option(metavar="|".join(METHODS), help="How to find it.")] = "mc"
+    arena: Annotated[
+        str | None,
+        typer.Option(
+            metavar="schedule|env",
+            help="For mc and rare: plans on schedule, or the environment (if a player needs it).",
+        ),
+    ] = None
+    swept: Annotated[
+        bool, typer.Option("--swept", help="For mc and rare on schedule: between instants too.")
+    ] = False
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="PLAN", help="For mc: another plan, simulated in the same noise."),
+    ] = None
+    episodes: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="For mc, 10^6 unless given; for rare, 10^5, or 40,000 of each level in env.",
+        ),
+    ] = None
+    workers: WorkersOption = 1
 
 
 @with_game_options
+@with_planner_options("solver", "time_limit", "seed")
+@with_group("request", Request)
 def risk(
     subject: Annotated[
         str,
@@ -38,134 +73,128 @@ def risk(
             metavar="PLAN|GAME", help="A .json plan that ppg solve --out wrote, or a game."
         ),
     ],
-    overrides: dict[str, Any],
-    player: Annotated[
-        str | None,
-        typer.Option(help="Who plays a game, by name: a planner, or learned players (nash)."),
-    ] = None,
-    method: Annotated[str, typer.Option(metavar="|".join(METHODS), help="How to find it.")] = "mc",
-    arena: Annotated[
-        str | None,
-        typer.Option(
-            metavar="schedule|env",
-            help="For mc and rare: plans on schedule, or the environment (if a player needs it).",
-        ),
-    ] = None,
-    swept: Annotated[
-        bool, typer.Option("--swept", help="For mc and rare on schedule: between instants too.")
-    ] = False,
-    against: Annotated[
-        str | None,
-        typer.Option(metavar="PLAN", help="For mc: another plan, flown in the same noise."),
-    ] = None,
-    episodes: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            help="For mc, 10^6 unless given; for rare, 10^5, or 40,000 of each level in env.",
-        ),
-    ] = None,
-    workers: WorkersOption = 1,
-    solver: SolverOption = "ENGINE",
-    time_limit: TimeLimitOption = None,
-    seed: SeedOption = 0,
+    *,
+    request: Request,
+    planner: PlannerOptions,
     as_json: JsonOption = False,
+    overrides: dict[str, Any],
 ) -> None:
     """Crash probability of a plan or of a game's players: bounded, exact at instants, simulated."""
-    from dataclasses import replace
     from importlib import import_module
 
-    from benchmarks.comparison.players import ARENAS, PlannerOptions
-    from ppg_env.errors import require
-    from ppg_env.formats.plan_file import read_plan
     from ppg_env.game.evaluation import evaluate
-    from solvers.dispatch import check_solver
 
-    require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
-    known = arena is None or arena in ARENAS
-    require(known, "--arena", f"is {arena!r}", "write " + " or ".join(ARENAS))
-    simulated = method in ("mc", "rare")
-    for option, given in (("--arena", arena), ("--swept", swept), ("--against", against)):
-        require(simulated or not given, option, "is for simulation", "add --method mc")
-    limits = PlannerOptions(check_solver(solver), time_limit, seed)
-    with working(f"{method} of {subject}") as status:
-        asked = _question(subject, player, overrides, arena, limits)
+    _check(request)
+    with working(f"{request.method} of {subject}") as status:
+        query = _query(subject, request, planner, overrides)
         violations: tuple[str, ...] = ()
-        if asked.profile is not None:
-            violations = evaluate(asked.game, asked.profile).violations()
-        done, begun = 0, monotonic()
-
-        def tell(count: int) -> None:
-            nonlocal done
-            done += count
-            status.update(f"simulated {done:,} episodes")
-
-        asked = replace(
-            asked,
-            against=None if against is None else read_plan(against)[:2],
-            swept=swept,
-            episodes=episodes,
-            workers=workers,
-            progress=tell,
-        )
-        found = getattr(import_module(METHODS[method]), method)(asked)
+        if query.profile is not None:
+            violations = evaluate(query.game, query.profile).violations()
+        query = _with_request(query, request, status)
+        begun = monotonic()
+        report = getattr(import_module(METHODS[request.method]), request.method)(query)
         seconds = monotonic() - begun
     if violations:
         typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(violations)}.", err=True)
     if as_json:
         print_json(
             {
-                "agents": [vars(chance) for chance in found.agents],
-                "any": vars(found.any),
-                "method": method,
-                "player": None if asked.entrant is None else asked.entrant.name,
-                "samples": found.samples,
+                "agents": [vars(chance) for chance in report.agents],
+                "any": vars(report.any),
+                "method": request.method,
+                "player": None if query.entrant is None else query.entrant.name,
+                "samples": report.samples,
                 "seconds": seconds,
                 "complaints": violations,
-                "details": found.details,
+                "details": report.details,
             }
         )
-        return
-    more = found.rows or [()] * (len(found.agents) + 1)
-    names = (*asked.game.agent_names, "any")
-    print_table(
-        f"{subject}: crash probability, {method}",
-        ("agent", "probability", *found.columns),
-        [
-            (name, str(chance), *cells)
-            for name, chance, cells in zip(names, (*found.agents, found.any), more, strict=True)
-        ],
-        found.promise,
-    )
+    else:
+        _print(f"{subject}: crash probability, {request.method}", query, report)
 
 
-def _question(
-    subject: str,
-    player: str | None,
-    overrides: dict[str, Any],
-    arena: str | None,
-    limits: PlannerOptions,
-) -> Question:
-    """A plan file has its game and its plans; in a game, planners plan first."""
-    from benchmarks.comparison.players import RECEDING, chosen_players, entrant
-    from benchmarks.crash_risk.analytic import Question
+def _check(request: Request) -> None:
+    from benchmarks.comparison.players import check_arena
     from ppg_env.errors import require
+
+    method = request.method
+    require(method in METHODS, "--method", f"is {method!r}", "write " + " or ".join(METHODS))
+    check_arena(request.arena)
+    for name in ("arena", "swept", "against"):
+        unused = getattr(request, name) and method not in ("mc", "rare")
+        require(not unused, f"--{name}", "is for simulation", "add --method mc")
+
+
+def _query(
+    subject: str, request: Request, planner: PlannerOptions, overrides: dict[str, Any]
+) -> RiskQuery:
+    """Read a plan file with its game; or let the player of a game plan first."""
+    from benchmarks.comparison.players import RECEDING, chosen_player, entrant, refuse_unused
+    from benchmarks.crash_risk.analytic import RiskQuery
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
 
     if subject.endswith(".json"):
-        given = ["--player"] * (player is not None)
-        given += [f"--{name.replace('_', '-')}" for name in overrides]
-        require(not given, given[0] if given else "", "is for games", "leave it out with a plan")
+        _refuse_options_of_games(request, planner, overrides)
         game, profile, _ = read_plan(subject)
-        return Question(game, profile, None, limits, arena or "schedule")
-    names, arena = chosen_players("nash" if player is None else player, arena, "--player")
-    require(len(names) == 1, "--player", "has several names", "name one")
+        return RiskQuery(game, profile, None, planner, request.arena or "schedule")
+    name, arena = chosen_player("nash" if request.player is None else request.player, request.arena)
+    refuse_unused(planner, [name])
     made = make_game(subject, **overrides)
-    who = entrant(names[0], made, limits)
-    if who.solution is None:
-        return Question(made, None, who, limits, arena)
-    if who.solution.profile is None:
-        no_solution(who.solution.advice)
-    anew = who.name == RECEDING  # its first plan is not what it plays
-    return Question(made, None if anew else who.solution.profile, who, limits, arena)
+    player = entrant(name, made, planner)
+    if player.solution is None:
+        return RiskQuery(made, None, player, planner, arena)
+    if player.solution.profile is None:
+        no_solution(player.solution.advice)
+    replans = name == RECEDING  # so its first plan is not what it plays
+    return RiskQuery(made, None if replans else player.solution.profile, player, planner, arena)
+
+
+def _refuse_options_of_games(
+    request: Request, planner: PlannerOptions, overrides: dict[str, Any]
+) -> None:
+    """Refuse options that a plan file leaves without effect."""
+    from ppg_env.errors import require
+
+    given = ["player"] * (request.player is not None) + list(overrides)
+    given += [name for name in ("solver", "time_limit") if getattr(planner, name) != DEFAULTS[name]]
+    option = f"--{given[0].replace('_', '-')}" if given else ""
+    require(not given, option, "is for games", "leave it out with a plan")
+
+
+def _with_request(query: RiskQuery, request: Request, status: Any) -> RiskQuery:
+    """Add how to simulate, and show the episodes that are done."""
+    from dataclasses import replace
+
+    from ppg_env.formats.plan_file import read_plan
+
+    done = 0
+
+    def on_progress(count: int) -> None:
+        nonlocal done
+        done += count
+        status.update(f"simulated {done:,} episodes")
+
+    return replace(
+        query,
+        against=None if request.against is None else read_plan(request.against)[:2],
+        swept=request.swept,
+        episodes=request.episodes,
+        workers=request.workers,
+        progress=on_progress,
+    )
+
+
+def _print(title: str, query: RiskQuery, report: RiskReport) -> None:
+    names = (*query.game.agent_names, "any")
+    chances = (*report.agents, report.any)
+    more = report.rows or [()] * len(chances)
+    print_table(
+        title,
+        ("agent", "probability", *report.columns),
+        [
+            (name, str(chance), *cells)
+            for name, chance, cells in zip(names, chances, more, strict=True)
+        ],
+        report.promise,
+    )

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 @with_game_options
 def show(
     game: GameArgument,
-    overrides: dict[str, Any],
+    *,
     out: Annotated[str | None, typer.Option(help="Write the game to this .toml file.")] = None,
     as_json: JsonOption = False,
     seed: SeedOption = 0,
+    overrides: dict[str, Any],
 ) -> None:
     """Show a game: its agents, obstacles and weights; write it as a TOML file."""
     from ppg_env.formats.game_file import game_to_tables, game_to_toml

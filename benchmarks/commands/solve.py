@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import (
-    ChargeOption,
-    GameArgument,
-    JsonOption,
-    SeedOption,
-    SolverOption,
-    TimeLimitOption,
-    with_game_options,
-)
+from benchmarks.comparison.planner_options import PlannerOptions, refuse_unused
+from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
 
 if TYPE_CHECKING:
@@ -22,119 +16,108 @@ if TYPE_CHECKING:
     from solvers.solution import Solution
 
 SOLUTIONS = ("nash", "potential", "social", "best-response")
+RESPONSE_OPTIONS = ("solver", "time_limit", "charge")
+"""Planner options that a best response accepts."""
 
 
 @with_game_options
+@with_planner_options("start", "order", "charge", "solver", "time_limit", "node_limit", "seed")
 def solve(
     game: GameArgument,
-    overrides: dict[str, Any],
+    *,
     solution: Annotated[
         str, typer.Option(metavar="|".join(SOLUTIONS), help="What to solve for.")
     ] = "nash",
-    agent: Annotated[int, typer.Option(help="Who plans in a best response.")] = 0,
+    agent: Annotated[int, typer.Option(help="The agent that plans a best response.")] = 0,
     against: Annotated[
         str | None, typer.Option(metavar="PLAN", help="The others' plans (straight lines).")
     ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="straight|sequential",
-            help="First profile of nash (straight up to 5 agents, else sequential).",
-        ),
-    ] = None,
-    order: Annotated[
-        str, typer.Option(metavar="cyclic|random|simultaneous", help="Who moves when.")
-    ] = "cyclic",
-    charge: ChargeOption = "selfish",
+    planner: PlannerOptions,
     out: Annotated[
         str | None, typer.Option(metavar="PLAN", help="Write the plan to this .json file.")
     ] = None,
-    solver: SolverOption = "ENGINE",
-    time_limit: TimeLimitOption = None,
-    node_limit: Annotated[
-        int | None,
-        typer.Option(min=1, help="Linear programs for social and potential, machine-independent."),
-    ] = None,
-    seed: SeedOption = 0,
     as_json: JsonOption = False,
+    overrides: dict[str, Any],
 ) -> None:
     """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
     from benchmarks.comparison.report import solution_report
-    from ppg_env.errors import require
     from ppg_env.formats.plan_file import write_plan
     from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target
 
-    require(
-        solution in SOLUTIONS, "--solution", f"is {solution!r}", "write " + ", ".join(SOLUTIONS)
-    )
-    joint = solution in ("social", "potential")
-    remedy = "leave it out, or solve for social or potential"
-    require(joint or node_limit is None, "--node-limit", f"is not heeded by {solution}", remedy)
+    _check(solution, planner)
     made = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".json")
     with working(f"{solution} of {game}") as status:
         if solution == "best-response":
-            found = _best_response(made, agent, against, charge, solver, time_limit)
+            result = _best_response(made, agent, against, planner)
         elif solution == "nash":
-            from solvers.equilibrium.best_response_dynamics import best_response_dynamics
-
-            found = best_response_dynamics(
-                made,
-                start=start,
-                order=order,
-                charge=charge,
-                seed=seed,
-                solver=solver,
-                time_limit=time_limit,
-                progress=lambda u: status.update(
-                    f"nash of {game}: sweep {u.sweep}, agent {u.agent} pays {u.after:.4g}"
-                ),
-            )
+            result = _nash(made, planner, lambda text: status.update(f"nash of {game}: {text}"))
         else:
-            from solvers.optimum.joint import potential_equilibrium, social_optimum
-
-            planner = social_optimum if solution == "social" else potential_equilibrium
-            news = {"value": float("inf"), "bound": float("-inf")}
-
-            def tell(what: str, value: float) -> None:
-                news[what] = value
-                status.update(
-                    f"{solution} of {game}: between {news['bound']:.6g} and {news['value']:.6g}"
-                )
-
-            found = planner(
-                made,
-                solver=solver,
-                time_limit=time_limit,
-                node_limit=node_limit,
-                seed=seed,
-                progress=tell,
+            result = _joint(
+                made, solution, planner, lambda text: status.update(f"{solution} of {game}: {text}")
             )
-    report = solution_report(found)
-    if out is not None and found.profile is not None:
-        write_plan(out, made, found.profile, report)
+    report = solution_report(result)
+    if out is not None and result.profile is not None:
+        write_plan(out, made, result.profile, report)
         typer.echo(f"wrote {out}", err=True)
-    if as_json:
-        print_json(report)
-        if found.profile is None:
-            raise typer.Exit(NO_SOLUTION)
-    elif found.profile is None:
-        no_solution(found.advice)
-    else:
-        _print(found)
+    _print(result, report, as_json)
+
+
+def _check(solution: str, planner: PlannerOptions) -> None:
+    """Refuse an unknown solution, and options that it does not accept."""
+    from benchmarks.comparison.players import PLAYERS
+    from ppg_env.errors import require
+
+    require(
+        solution in SOLUTIONS, "--solution", f"is {solution!r}", "write " + ", ".join(SOLUTIONS)
+    )
+    accepts = {name: PLAYERS[name].accepts for name in SOLUTIONS if name in PLAYERS}
+    refuse_unused(planner, [solution], accepts | {"best-response": RESPONSE_OPTIONS})
+
+
+def _nash(game: Game, planner: PlannerOptions, show: Callable[[str], None]) -> Solution:
+    from solvers.equilibrium.best_response_dynamics import best_response_dynamics
+
+    return best_response_dynamics(
+        game,
+        start=planner.start,
+        order=planner.order,
+        charge=planner.charge,
+        seed=planner.seed,
+        solver=planner.solver,
+        time_limit=planner.time_limit,
+        progress=lambda u: show(f"sweep {u.sweep}, agent {u.agent} pays {u.after:.4g}"),
+    )
+
+
+def _joint(
+    game: Game, solution: str, planner: PlannerOptions, show: Callable[[str], None]
+) -> Solution:
+    from solvers.optimum.joint import potential_equilibrium, social_optimum
+
+    minimise = social_optimum if solution == "social" else potential_equilibrium
+    limits = {"value": float("inf"), "bound": float("-inf")}
+
+    def on_progress(limit: str, value: float) -> None:
+        limits[limit] = value
+        show(f"between {limits['bound']:.6g} and {limits['value']:.6g}")
+
+    return minimise(
+        game,
+        solver=planner.solver,
+        time_limit=planner.time_limit,
+        node_limit=planner.node_limit,
+        seed=planner.seed,
+        progress=on_progress,
+    )
 
 
 def _best_response(
-    game: Game,
-    agent: int,
-    against: str | None,
-    charge: str,
-    solver: str,
-    time_limit: float | None,
+    game: Game, agent: int, against: str | None, planner: PlannerOptions
 ) -> Solution:
-    from benchmarks.comparison.players import PLANNERS, PlannerOptions
+    from benchmarks.comparison.players import entrant
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from solvers.equilibrium.best_response import best_response, check_agent
@@ -145,39 +128,55 @@ def _best_response(
         same = len(other.agents) == len(game.agents) and other.horizon == game.horizon
         require(same, "--against", "is a plan of another game", "give a plan of this one")
     else:
-        straight = PLANNERS["straight"](game, PlannerOptions())
+        straight = entrant("straight", game, planner).solution
+        assert straight is not None
         if straight.profile is None:
             return straight
         profile = straight.profile
-    return best_response(game, agent, profile, charge=charge, solver=solver, time_limit=time_limit)
+    return best_response(
+        game,
+        agent,
+        profile,
+        charge=planner.charge,
+        solver=planner.solver,
+        time_limit=planner.time_limit,
+    )
 
 
-def _print(found: Solution) -> None:
+def _print(result: Solution, report: dict[str, Any], as_json: bool) -> None:
+    """Print the report or the table; exit with code 3 if there is no plan."""
+    if as_json:
+        print_json(report)
+        if result.profile is None:
+            raise typer.Exit(NO_SOLUTION)
+    elif result.profile is None:
+        no_solution(result.advice)
+    else:
+        _print_solution(result)
+
+
+def _print_solution(result: Solution) -> None:
     from benchmarks.comparison.report import game_name
 
-    judged = found.evaluation
-    assert judged is not None
-    rows = []
-    for i, name in enumerate(found.game.agent_names):
-        regret = "" if found.regret is None else f"{found.regret[i]:.1e}"
-        rows.append(
-            (
-                name,
-                times(judged.arrival[i : i + 1]),
-                f"{judged.shifted_cost[i]:.4f}",
-                f"{judged.deficit[i]:.4f}",
-                f"{judged.risk_sum[i]:.2e}",
-                regret,
-            )
+    evaluation = result.evaluation
+    assert evaluation is not None
+    rows = [
+        (
+            name,
+            times(evaluation.arrival[i : i + 1]),
+            f"{evaluation.shifted_cost[i]:.4f}",
+            f"{evaluation.deficit[i]:.4f}",
+            f"{evaluation.risk_sum[i]:.2e}",
+            "" if result.regret is None else f"{result.regret[i]:.1e}",
         )
-    proof = (
-        f"{found.minimised} = {found.value:.6g}, bound {found.bound:.6g}; "
-        if found.minimised
-        else ""
-    )
+        for i, name in enumerate(result.game.agent_names)
+    ]
+    proof = ""
+    if result.minimised:
+        proof = f"{result.minimised} = {result.value:.6g}, bound {result.bound:.6g}; "
     print_table(
-        f"{found.name} of {game_name(found.game)}: {found.status} ({found.advice})",
+        f"{result.name} of {game_name(result.game)}: {result.status} ({result.advice})",
         ("agent", "arrival", "shifted cost", "deficit", "risk bound", "regret at most"),
         rows,
-        f"{proof}social cost {judged.social_cost:.6g}; {found.seconds:.2f} s",
+        f"{proof}social cost {evaluation.social_cost:.6g}; {result.seconds:.2f} s",
     )

@@ -1,101 +1,136 @@
-"""``ppg study``: experiments that are told with tables, a figure and words."""
+"""``ppg study``: experiments reported with tables, a figure and sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import JsonOption, SeedOption
+from benchmarks.options import JobsOption, JsonOption, SeedOption, with_group
 from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
+if TYPE_CHECKING:
+    from benchmarks.studies.study import Choice, Study
 
-def study(
-    name: Annotated[str, typer.Argument(metavar="STUDY", help="Which study; see the docs.")],
+
+@dataclass(frozen=True)
+class Paths:
+    """Files that a study reads and writes."""
+
     results: Annotated[
         str | None,
         typer.Option(
             metavar="JSON",
-            help="Where rows are kept; those already there are not run again "
-            "(default out/STUDY.json).",
+            help="File of rows; stored rows are not run again (default out/STUDY.json).",
         ),
-    ] = None,
+    ] = None
     store: Annotated[
         str | None,
         typer.Option(
             metavar="DB",
-            help="Sweep that keeps whole rows, with plans (default out/studies.db).",
+            help="Sweep store of whole rows, with plans (default out/studies.db).",
         ),
-    ] = None,
+    ] = None
     out: Annotated[
         str | None,
         typer.Option(
-            metavar="PNG", help="Figure; STEM-<part>.png of several (default out/STUDY.png)."
+            metavar="PNG", help="Figure; STEM-<part>.png if several (default out/STUDY.png)."
         ),
-    ] = None,
+    ] = None
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a study ranges over."""
+
     scenarios: Annotated[
         str | None, typer.Option(help="Some of the study's scenarios, by name.")
-    ] = None,
+    ] = None
     speeds: Annotated[
         str | None, typer.Option(metavar="l1,disc,box", help="Speed sets (default: the study's).")
-    ] = None,
+    ] = None
     lams: Annotated[
         str | None, typer.Option(metavar="L,L,...", help="Values of lam (default: the study's).")
-    ] = None,
+    ] = None
     episodes: Annotated[
         int | None,
         typer.Option(min=10, help="Episodes of each player in each cell (default: the study's)."),
-    ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    ] = None
+
+
+@with_group("paths", Paths)
+@with_group("chosen", Range)
+def study(
+    name: Annotated[str, typer.Argument(metavar="STUDY", help="Which study; see the docs.")],
+    *,
+    paths: Paths,
+    chosen: Range,
+    jobs: JobsOption = 1,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a study, or go on with it, and tell what its rows say."""
-    from benchmarks.options import numbers
+    """Run a study, or continue it, and report what its rows say."""
     from benchmarks.output_paths import own_folder, target
     from benchmarks.studies.registry import find_study
+
+    found = find_study(name)
+    choice = _choice(found.choice, chosen, seed)
+    results = Path(target(name, ".json", paths.results))
+    store = Path(target("studies", ".db", paths.store))
+    picture = None if as_json and paths.out is None else target(name, ".png", paths.out)
+    own_folder(str(results))
+    own_folder(str(store))
+    with bar(f"study {name}", len(found.cells(choice))) as advance:
+        rows = found.rows(choice, results, store, jobs=jobs, progress=advance)
+    sentences = list(found.words(rows))
+    if as_json:
+        print_json({"study": name, "rows": rows, "words": sentences})
+    else:
+        _print(found, rows, sentences)
+    if picture is not None:
+        _draw(found, rows, picture)
+
+
+def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
+    """Narrow the whole study to what was chosen."""
+    from benchmarks.options import numbers
     from benchmarks.studies.study import SPEEDS
 
-    chosen = find_study(name)
-    whole, lam = chosen.choice, numbers("lams", lams)
-    asked = replace(
+    lam = numbers("lams", chosen.lams)
+    return replace(
         whole,
-        scenarios=_names("--scenarios", scenarios, whole.scenarios) or whole.scenarios,
-        speeds=_names("--speeds", speeds, SPEEDS) or whole.speeds,
+        scenarios=_names("--scenarios", chosen.scenarios, whole.scenarios) or whole.scenarios,
+        speeds=_names("--speeds", chosen.speeds, SPEEDS) or whole.speeds,
         lams=whole.lams if lam is None else tuple(lam) if isinstance(lam, list) else (lam,),
-        episodes=episodes or whole.episodes,
+        episodes=chosen.episodes or whole.episodes,
         seed=seed,
     )
-    path, base = Path(target(name, ".json", results)), Path(target("studies", ".db", store))
-    picture = None if as_json and out is None else target(name, ".png", out)
-    own_folder(str(path))
-    own_folder(str(base))
-    with bar(f"study {name}", len(chosen.cells(asked))) as advance:
-        rows = chosen.rows(asked, path, base, jobs=jobs, progress=advance)
-    said = list(chosen.words(rows))
-    if as_json:
-        print_json({"study": name, "rows": rows, "words": said})
-    else:
-        for table in chosen.tables(rows):
-            print_table(table.title, table.columns, table.lines, table.note, table.texts)
-        for sentence in said:
-            typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
-    if picture is not None:
-        from benchmarks.figures import write_figure
 
-        own_folder(picture)
-        for part, figure in chosen.draw(rows).items():
-            file = f"{picture.removesuffix('.png')}-{part}.png" if part else picture
-            write_figure(figure, file)
-            typer.echo(f"picture: {file}", err=True)
+
+def _print(found: Study, rows: Sequence[Any], sentences: Sequence[str]) -> None:
+    for table in found.tables(rows):
+        print_table(table.title, table.columns, table.lines, table.note, table.texts)
+    for sentence in sentences:
+        typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
+
+
+def _draw(found: Study, rows: Sequence[Any], picture: str) -> None:
+    from benchmarks.figures import write_figure
+    from benchmarks.output_paths import own_folder
+
+    own_folder(picture)
+    for part, figure in found.draw(rows).items():
+        file = f"{picture.removesuffix('.png')}-{part}.png" if part else picture
+        write_figure(figure, file)
+        typer.echo(f"picture: {file}", err=True)
 
 
 def _names(option: str, text: str | None, known: Sequence[str]) -> tuple[str, ...]:
-    """The names in ``text``, all of which are ``known``."""
+    """Return the names in ``text``; each must be ``known``."""
     from ppg_env.errors import require
 
     names = tuple(text.split(",")) if text is not None else ()

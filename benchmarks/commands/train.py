@@ -4,105 +4,158 @@ from __future__ import annotations
 
 import inspect
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_options
+from benchmarks.options import (
+    GameArgument,
+    JobsOption,
+    JsonOption,
+    SeedOption,
+    with_game_options,
+    with_group,
+)
 from benchmarks.terminal import bar, print_json, print_table
 
+if TYPE_CHECKING:
+    from baselines import Learned
+    from ppg_env.game.game import Game
 
-@with_game_options
-def train(
-    game: GameArgument,
-    overrides: dict[str, Any],
+
+@dataclass(frozen=True)
+class Training:
+    """How players are trained."""
+
     method: Annotated[
         str,
         typer.Option(
             metavar="shared|independent|best-response|off-policy",
-            help="Who learns what: one PPO policy for all; one each, together; one each, in "
-            "turns against the frozen others; SAC for one agent.",
+            help="One PPO policy for all agents; one for each agent, trained together; one for "
+            "each, trained in turns against the frozen others; SAC for one agent.",
         ),
-    ] = "shared",
+    ] = "shared"
     sharing: Annotated[
-        str, typer.Option(metavar="selfish|social", help="Own rewards, or everybody's.")
-    ] = "selfish",
+        str, typer.Option(metavar="selfish|social", help="Own rewards, or the sum of all.")
+    ] = "selfish"
     lam_range: Annotated[
         str,
         typer.Option(
             metavar="LOW,HIGH", help="Lam is drawn from here and observed, unless --lam is given."
         ),
-    ] = "0.05,0.95",
+    ] = "0.05,0.95"
     steps: Annotated[
         int | None,
         typer.Option(min=1, help="Environment steps of each run (default: the method's)."),
-    ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes, one run each.")] = 1,
+    ] = None
+    seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1
+    jobs: JobsOption = 1
     out: Annotated[
         str | None, typer.Option(metavar="NPZ", help="File (default out/GAME-PLAYER.npz).")
-    ] = None,
+    ] = None
     tensorboard: Annotated[
-        str | None, typer.Option(metavar="FOLDER", help="Write TensorBoard logs there.")
-    ] = None,
+        str | None, typer.Option(metavar="FOLDER", help="Folder of TensorBoard logs.")
+    ] = None
+
+
+@with_game_options
+@with_group("training", Training)
+def train(
+    game: GameArgument,
+    *,
+    training: Training,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
+    overrides: dict[str, Any],
 ) -> None:
-    """Train players with stable-baselines3; goes on where it was when it was killed."""
+    """Train players with stable-baselines3; continues from its checkpoint after a kill."""
     from baselines.policy_file import write_learned
-    from baselines.train import METHODS, train_players
-    from benchmarks.options import numbers
+    from baselines.train import METHODS
     from benchmarks.output_paths import target
-    from ppg_env.env.rules import CHOICES
-    from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
 
-    require(method in METHODS, "--method", f"is {method!r}", "write " + ", ".join(METHODS))
-    require(
-        sharing in CHOICES["sharing"],
-        "--sharing",
-        f"is {sharing!r}",
-        "write " + " or ".join(CHOICES["sharing"]),
-    )
-    drawn = numbers("lam-range", lam_range)
-    require(
-        isinstance(drawn, list) and len(drawn) == 2,
-        "--lam-range",
-        f"is {lam_range!r}",
-        "write two numbers, as in 0.05,0.95",
-    )
-    assert isinstance(drawn, list)
+    lam = _check(training)
     made = make_game(game, **overrides)
-    path = target(f"{game}-{METHODS[method].prefix}-{sharing}", ".npz", out)
-    kept = Path(f"{path}.checkpoints")
-    if any(kept.glob("*.pt")):
-        typer.echo(f"going on from the checkpoints in {kept}", err=True)
-    total = (steps or METHODS[method].steps) * seeds
-    with bar(f"training in {game}", total) as advance:
-        learned = train_players(
-            made,
-            method,
-            sharing=sharing,
-            lam=None if "lam" in overrides else (drawn[0], drawn[1]),
-            seeds=range(seed, seed + seeds),
-            steps=steps,
-            jobs=jobs,
-            folder=kept,
-            tensorboard=Path(tensorboard) if tensorboard else None,
-            progress=advance,
-        )
-    given = {"method": method, "sharing": sharing, "lam_range": lam_range, "steps": steps}
-    given |= {"seeds": seeds, "seed": seed, "out": out}
-    learned.about["command"] = _command(game, overrides | given)
+    player = f"{METHODS[training.method].prefix}-{training.sharing}"
+    path = target(f"{game}-{player}", ".npz", training.out)
+    folder = Path(f"{path}.checkpoints")
+    learned = _train(made, game, training, seed, None if "lam" in overrides else lam, folder)
+    learned.about["command"] = _command(game, overrides, training, seed)
     write_learned(path, learned)
-    for file in kept.glob("seed-*.pt"):
+    for file in folder.glob("seed-*.pt"):
         file.unlink()
-    kept.rmdir()
+    folder.rmdir()
     typer.echo(f"wrote {path}", err=True)
     if as_json:
         print_json({"path": path, **{k: v for k, v in learned.about.items() if k != "game"}})
-        return
+    else:
+        _print(learned, game, training.seeds)
+
+
+def _check(training: Training) -> tuple[float, float]:
+    """Refuse unknown choices, and return the range of lam."""
+    from baselines.train import METHODS
+    from benchmarks.options import numbers
+    from ppg_env.env.rules import CHOICES
+    from ppg_env.errors import InputError, require
+
+    method, sharing = training.method, training.sharing
+    require(method in METHODS, "--method", f"is {method!r}", "write " + ", ".join(METHODS))
+    known = CHOICES["sharing"]
+    require(sharing in known, "--sharing", f"is {sharing!r}", "write " + " or ".join(known))
+    lam = numbers("lam-range", training.lam_range)
+    if not isinstance(lam, list) or len(lam) != 2:
+        raise InputError(
+            "--lam-range", f"is {training.lam_range!r}", "write two numbers, as in 0.05,0.95"
+        )
+    return lam[0], lam[1]
+
+
+def _train(
+    made: Game,
+    game: str,
+    training: Training,
+    seed: int,
+    lam: tuple[float, float] | None,
+    folder: Path,
+) -> Learned:
+    from baselines.train import METHODS, train_players
+
+    if any(folder.glob("*.pt")):
+        typer.echo(f"continuing from the checkpoints in {folder}", err=True)
+    total = (training.steps or METHODS[training.method].steps) * training.seeds
+    with bar(f"training in {game}", total) as advance:
+        return train_players(
+            made,
+            training.method,
+            sharing=training.sharing,
+            lam=lam,
+            seeds=range(seed, seed + training.seeds),
+            steps=training.steps,
+            jobs=training.jobs,
+            folder=folder,
+            tensorboard=Path(training.tensorboard) if training.tensorboard else None,
+            progress=advance,
+        )
+
+
+def _command(game: str, overrides: dict[str, Any], training: Training, seed: int) -> str:
+    """Return the command that repeats the training; options with default values are left out."""
+    names = ("method", "sharing", "lam_range", "steps", "seeds")
+    options = overrides | {name: getattr(training, name) for name in names}
+    options |= {"seed": seed, "out": training.out}
+    defaults = inspect.signature(train).parameters
+    words = ["ppg", "train", game]
+    for name, value in options.items():
+        if value != defaults[name].default:
+            values = value if isinstance(value, list) else [value]
+            words += [f"--{name.replace('_', '-')}", ",".join(map(str, values))]
+    return shlex.join(words)
+
+
+def _print(learned: Learned, game: str, seeds: int) -> None:
     rows = [
         (
             " ".join(f"{lam:g}" for lam in sorted(set(row["lam"]))),
@@ -117,17 +170,6 @@ def train(
         "In the environment, without exploration. Cost: mean over agents. Intervals: 95 %, over "
         "runs.",
     )
-
-
-def _command(game: str, options: dict[str, Any]) -> str:
-    """The command that repeats the training; options that stand as they are by default left out."""
-    defaults = inspect.signature(train).parameters
-    words = ["ppg", "train", game]
-    for name, value in options.items():
-        if value != defaults[name].default:
-            values = value if isinstance(value, list) else [value]
-            words += [f"--{name.replace('_', '-')}", ",".join(str(one) for one in values)]
-    return shlex.join(words)
 
 
 def _interval(found: dict[str, float]) -> str:

@@ -26,7 +26,8 @@ from baselines.evaluate_runs import (
     evaluate_runs,
     over_runs,
 )
-from benchmarks.comparison.players import RECEDING, Entrant, PlannerOptions, entrant
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.comparison.players import RECEDING, Entrant, entrant
 from benchmarks.comparison.report import evaluation_report, game_name
 from ppg_env.env.episodes import trajectories
 from ppg_env.env.players import information, track
@@ -77,7 +78,7 @@ class Played:
 
 
 @dataclass(frozen=True)
-class Row:
+class PlayerResult:
     """One player and its simulation; ``played`` is None where there is no plan."""
 
     entrant: Entrant
@@ -98,18 +99,28 @@ class Row:
         """Its plans, if it has any."""
         return None if self.solution is None else self.solution.profile
 
+    @property
+    def status(self) -> str:
+        """How its planner ended; ``trained`` for learners."""
+        return "trained" if self.solution is None else str(self.solution.status)
+
+    @property
+    def advice(self) -> str:
+        """Its planner's advice."""
+        return "" if self.solution is None else self.solution.advice
+
 
 def compare(
     game: Game,
     players: Sequence[str],
     episodes: int,
-    limits: PlannerOptions,
+    planner: PlannerOptions,
     *,
     arena: str = "schedule",
     workers: int = 1,
     groups: int = 1,
     progress: Callable[[str], None] = lambda _player: None,
-) -> list[Row]:
+) -> list[PlayerResult]:
     """Let each of ``players`` plan or load, and simulate ``episodes`` of it in ``arena``.
 
     In ``env`` the episodes are shared out among the runs of the learners, or into as many
@@ -118,7 +129,7 @@ def compare(
     entrants = []
     for player in players:
         progress(player)
-        entrants.append(entrant(player, game, limits))
+        entrants.append(entrant(player, game, planner))
     groups = max(groups, *(one.runs for one in entrants))
     rows = []
     for one in entrants:
@@ -127,19 +138,19 @@ def compare(
         if arena == "schedule":
             profile = None if one.solution is None else one.solution.profile
             if profile is not None:
-                played = _on_schedule(game, profile, episodes, limits.seed, workers)
-        elif runs := one.policies(game, limits):
+                played = _on_schedule(game, profile, episodes, planner.seed, workers)
+        elif runs := one.policies(game, planner):
             count = groups if one.runs == 1 else one.runs
-            judged = evaluate_runs(game, runs, episodes, limits.seed, groups=count)
-            paths = trajectories(game, runs[0], min(PATHS, episodes), limits.seed)
+            judged = evaluate_runs(game, runs, episodes, planner.seed, groups=count)
+            paths = trajectories(game, runs[0], min(PATHS, episodes), planner.seed)
             played = _in_environment(judged, one.runs, information(runs[0]), paths)
             if judged.summary.crash_any.hits < FEW and one.name != RECEDING:
                 amount = min(episodes, OF_A_LEVEL)
-                found = evaluate_rare_runs(game, runs, amount, limits.seed)
+                found = evaluate_rare_runs(game, runs, amount, planner.seed)
                 played = replace(
                     played, crash=tuple(found.agents), crash_any=found.any, method="rare"
                 )
-        rows.append(Row(one, played))
+        rows.append(PlayerResult(one, played))
     return rows
 
 
@@ -215,7 +226,7 @@ def expected_cost(
 
 
 def comparison_report(
-    game: Game, rows: Sequence[Row], arena: str, episodes: int, seed: int
+    game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int, seed: int
 ) -> dict[str, Any]:
     """What ``ppg compare --json`` prints."""
     return {
@@ -230,18 +241,15 @@ def comparison_report(
     }
 
 
-def row_report(row: Row) -> dict[str, Any]:
+def row_report(row: PlayerResult) -> dict[str, Any]:
     """One of its rows."""
     solution, played = row.solution, row.played
-    head: dict[str, Any] = {"player": row.player}
-    if solution is not None:
-        head |= {
-            "status": str(solution.status),
-            "advice": solution.advice,
-            "seconds": solution.seconds,
-        }
-    else:
-        head |= {"status": "trained", "advice": "", "seconds": None}
+    head: dict[str, Any] = {
+        "player": row.player,
+        "status": row.status,
+        "advice": row.advice,
+        "seconds": None if solution is None else solution.seconds,
+    }
     if played is None:
         return head
     if solution is not None and solution.evaluation is not None:

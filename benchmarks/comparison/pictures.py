@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.compare import Row
+from benchmarks.comparison.compare import PlayerResult
 from benchmarks.comparison.report import game_name
 from benchmarks.figures import new_figure, write_figure
 from ppg_env.game.game import Game
@@ -50,7 +50,7 @@ def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
     write_figure(figure, path)
 
 
-def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
+def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> None:
     """Write a PNG: one panel of paths per player, arrival times and crash probabilities below."""
     played = [row for row in rows if row.played is not None]
     lines = -(-len(played) // PANELS)
@@ -78,7 +78,7 @@ def comparison_picture(game: Game, rows: Sequence[Row], path: str) -> None:
     write_figure(figure, path)
 
 
-def _paths(axes: Axes, game: Game, row: Row) -> None:
+def _paths(axes: Axes, game: Game, row: PlayerResult) -> None:
     """What was played in the environment, or what is planned on schedule."""
     assert row.played is not None
     if row.played.paths is not None:
@@ -90,7 +90,7 @@ def _paths(axes: Axes, game: Game, row: Row) -> None:
     axes.set_title(f"{row.player}{_closest(game, row.profile)}", fontsize=9)
 
 
-def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
+def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
     count = len(game.agents)
     for i, name in enumerate(game.agent_names):
         places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
@@ -103,7 +103,7 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[Row]) -> None:
         axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _crashes(axes: Axes, rows: Sequence[Row]) -> None:
+def _crashes(axes: Axes, rows: Sequence[PlayerResult]) -> None:
     """Log scale, intervals over runs where there are several; an arrow from the upper limit down
     where no crash was seen.
     """
@@ -136,7 +136,7 @@ def _short(player: str) -> str:
     return player.rsplit("/", 1)[-1].removesuffix(".npz")
 
 
-def _ticks(rows: Sequence[Row]) -> list[str]:
+def _ticks(rows: Sequence[PlayerResult]) -> list[str]:
     return [_short(row.player).replace("-", "-\n", 1) for row in rows]
 
 

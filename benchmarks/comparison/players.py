@@ -1,87 +1,84 @@
-"""Players by name: each turns a game into the profile that it would play."""
+"""Players by name: a registry of what each accepts, where it plays, and how to create it."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 from baselines.policy_file import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
+from benchmarks.comparison import planner_options
+from benchmarks.comparison.planner_options import PlannerOptions
 from ppg_env.env.players import Player, track
-from ppg_env.errors import InputError
+from ppg_env.errors import InputError, require
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from solvers.solution import Solution, Status
 
+ARENAS = ("schedule", "env")
+"""Where players meet: plans on their schedule, or the environment."""
+
+RECEDING = "receding"
+"""Starts with the plans of ``nash`` and replans every few steps; for the environment."""
+
+FILE = ".npz"
+"""A player whose name ends so is a file of learned players."""
+
 
 @dataclass(frozen=True)
-class PlannerOptions:
-    """What a player may use, and how it goes about it.
+class PlayerEntry:
+    """What is known of a player before it plays.
 
     Attributes
     ----------
-    solver : the MILP solver.
-    time_limit : seconds; None is no limit.
-    seed : of everything random.
-    node_limit : linear programs of ``potential`` and ``social``; None is no limit.
-    start, order : first profile and order of moves of ``nash``; None is the planner's own choice.
-    charge : rule of liability of ``nash``, see :mod:`solvers.liability`.
+    name : on the command line and in tables.
+    create : makes its plans, or loads its policies.
+    accepts : the planner options that it uses.
+    arena : ``env`` if it needs the environment, else ``schedule``.
+    information : what it observes while playing.
     """
 
-    solver: str = "ENGINE"
-    time_limit: float | None = None
-    seed: int = 0
-    node_limit: int | None = None
-    start: str | None = None
-    order: str | tuple[int, ...] = "cyclic"
-    charge: str = "selfish"
-
-    @property
-    def common(self) -> dict[str, Any]:
-        """The options that all planners take."""
-        return {"solver": self.solver, "time_limit": self.time_limit, "seed": self.seed}
+    name: str
+    create: Callable[[Game, PlannerOptions], Solution | Learned]
+    accepts: tuple[str, ...] = ()
+    arena: str = "schedule"
+    information: str = "own state, or open loop without gain"
 
 
-def nash(game: Game, limits: PlannerOptions) -> Solution:
-    """Equilibrium found by best-response dynamics."""
+def _nash(game: Game, options: PlannerOptions) -> Solution:
+    """Find an equilibrium by best-response dynamics."""
     from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 
     return best_response_dynamics(
         game,
-        start=limits.start,
-        order=limits.order,
-        charge=limits.charge,
-        **limits.common,
+        start=options.start,
+        order=options.order,
+        charge=options.charge,
+        seed=options.seed,
+        solver=options.solver,
+        time_limit=options.time_limit,
     )
 
 
-def potential(game: Game, limits: PlannerOptions) -> Solution:
-    """Equilibrium that minimises the potential."""
-    from solvers.optimum.joint import potential_equilibrium
+def _joint(minimised: str, game: Game, options: PlannerOptions) -> Solution:
+    """Minimise the ``potential``, or the ``social`` cost."""
+    from solvers.optimum.joint import potential_equilibrium, social_optimum
 
-    return potential_equilibrium(
+    planner = potential_equilibrium if minimised == "potential" else social_optimum
+    return planner(
         game,
-        node_limit=limits.node_limit,
-        **limits.common,
+        solver=options.solver,
+        time_limit=options.time_limit,
+        node_limit=options.node_limit,
+        seed=options.seed,
     )
 
 
-def social(game: Game, limits: PlannerOptions) -> Solution:
-    """Optimum of the sum of all costs."""
-    from solvers.optimum.joint import social_optimum
-
-    return social_optimum(
-        game,
-        node_limit=limits.node_limit,
-        **limits.common,
-    )
-
-
-def straight(game: Game, _limits: PlannerOptions) -> Solution:
-    """Everybody heads for its goal as if alone; means may overlap."""
+def _straight(game: Game, _options: PlannerOptions) -> Solution:
+    """Plan the straight way for each agent as if it were alone; means may overlap."""
     from solvers.equilibrium.best_response import unreachable_advice
 
     plans = [straight_plan(agent, game.horizon) for agent in game.agents]
@@ -89,37 +86,59 @@ def straight(game: Game, _limits: PlannerOptions) -> Solution:
     if len(profile) < len(plans):
         advice = unreachable_advice(game, tuple(range(len(plans))))
         return Solution(game, "straight", Status.UNREACHABLE, advice)
-    judged = evaluate(game, profile)
-    advice = "; ".join(judged.violations()) or "free of overlap"
-    status = Status.FEASIBLE if judged.feasible else Status.INFEASIBLE
-    return Solution(game, "straight", status, advice, profile, judged)
+    evaluation = evaluate(game, profile)
+    advice = "; ".join(evaluation.violations()) or "free of overlap"
+    status = Status.FEASIBLE if evaluation.feasible else Status.INFEASIBLE
+    return Solution(game, "straight", status, advice, profile, evaluation)
 
 
-PLANNERS: dict[str, Callable[[Game, PlannerOptions], Solution]] = {
-    "nash": nash,
-    "potential": potential,
-    "social": social,
-    "straight": straight,
+def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
+    from baselines.pretrained import find_pretrained
+
+    return find_pretrained(name, game)
+
+
+def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned:
+    from baselines.policy_file import read_learned
+
+    learned = read_learned(name)
+    if not learned.fits(game):
+        warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)
+    return learned
+
+
+_SEARCH = ("solver", "time_limit", "seed")
+_DYNAMICS = (*_SEARCH, "start", "order")
+_LEARNED = ((), "env", "full state")
+
+PLAYERS: dict[str, PlayerEntry] = {
+    entry.name: entry
+    for entry in (
+        PlayerEntry("nash", _nash, (*_DYNAMICS, "charge")),
+        PlayerEntry("potential", partial(_joint, "potential"), (*_SEARCH, "node_limit")),
+        PlayerEntry("social", partial(_joint, "social"), (*_SEARCH, "node_limit")),
+        PlayerEntry("straight", _straight),
+        PlayerEntry(RECEDING, _nash, _DYNAMICS, "env", "full state"),
+        *(PlayerEntry(name, partial(_pretrained, name), *_LEARNED) for name in PRETRAINED),
+    )
 }
+"""Every named player; a file of learned players is one too, see :func:`find_player`."""
 
 
-ARENAS = ("schedule", "env")
-"""Where players meet: plans on their schedule, or the environment."""
-
-RECEDING = "receding"
-"""Starts with the plans of ``nash`` and makes them anew every few steps; for the environment."""
-
-FILE = ".npz"
-"""A player's name that ends so is a file of learned players."""
+def find_player(name: str) -> PlayerEntry:
+    """Return the entry of the player called ``name``, or of a file of learned players."""
+    if name.endswith(FILE):
+        return PlayerEntry(name, partial(_from_file, name), *_LEARNED)
+    return PLAYERS[name]
 
 
 @dataclass(frozen=True)
 class Entrant:
-    """A player by name, ready to play.
+    """A player that has planned or loaded, ready to play.
 
     Attributes
     ----------
-    name : as it was asked for.
+    name : the name that was asked for.
     solution : its plans, for planners.
     learned : its policies, for learners.
     """
@@ -133,8 +152,11 @@ class Entrant:
         """Independent trainings; one for planners."""
         return 1 if self.learned is None else len(self.learned.runs)
 
-    def policies(self, game: Game, limits: PlannerOptions) -> list[Sequence[Player]]:
-        """Who plays each agent in the environment, for each run; empty without a plan."""
+    def policies(self, game: Game, options: PlannerOptions) -> list[Sequence[Player]]:
+        """Return, for each run, the player of each agent in the environment.
+
+        The list is empty if there is no plan.
+        """
         if self.learned is not None:
             return [self.learned.players(game, run) for run in range(self.runs)]
         if self.solution is None or self.solution.profile is None:
@@ -142,48 +164,56 @@ class Entrant:
         if self.name == RECEDING:
             from solvers.feedback.receding_horizon import receding_horizon
 
-            return [receding_horizon(game, self.solution.profile, solver=limits.solver)]
+            return [receding_horizon(game, self.solution.profile, solver=options.solver)]
         return [track(game, self.solution.profile)]
 
 
-def entrant(name: str, game: Game, limits: PlannerOptions) -> Entrant:
-    """Let a planner plan, or load a learner."""
-    if name.endswith(FILE):
-        from baselines.policy_file import read_learned
-
-        learned = read_learned(name)
-        if not learned.fits(game):
-            warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)
-        return Entrant(name, learned=learned)
-    if name in PRETRAINED:
-        from baselines.pretrained import find_pretrained
-
-        return Entrant(name, learned=find_pretrained(name, game))
-    plan = PLANNERS["nash" if name == RECEDING else name]
-    return Entrant(name, plan(game, limits))
-
-
-def known_players() -> list[str]:
-    """All names; besides, a learner's file is a player."""
-    return [*PLANNERS, RECEDING, *PRETRAINED]
+def entrant(name: str, game: Game, options: PlannerOptions) -> Entrant:
+    """Let a planner plan with the options that it accepts, or load a learner."""
+    player = find_player(name)
+    result = player.create(game, options.only(player.accepts))
+    if isinstance(result, Learned):
+        return Entrant(name, learned=result)
+    return Entrant(name, solution=result)
 
 
 def chosen_players(
     text: str, arena: str | None = None, place: str = "--players"
 ) -> tuple[list[str], str]:
-    """Player names of a comma-separated list, and the arena: the environment if one needs it.
+    """Return the names in a comma-separated list, and the arena.
 
-    ``place`` is where they were written, for those who wrote something else.
+    The arena is the environment if a player needs it, else the schedule.  ``place`` is the option
+    that error messages name.
     """
     names = [name.strip() for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in known_players() and not name.endswith(FILE)]
+    unknown = [name for name in names if name not in PLAYERS and not name.endswith(FILE)]
     if unknown or not names:
         raise InputError(
             place,
             f"has {unknown[0]!r}" if unknown else "is empty",
-            "use names of " + ", ".join(known_players()) + f", or files ending in {FILE}",
+            "use names of " + ", ".join(PLAYERS) + f", or files ending in {FILE}",
         )
-    needy = [name for name in names if name not in PLANNERS]
+    needy = [name for name in names if find_player(name).arena == "env"]
     if needy and arena == "schedule":
         raise InputError(place, f"has {needy[0]}, which needs the environment", "add --arena env")
     return list(dict.fromkeys(names)), arena or ("env" if needy else "schedule")
+
+
+def chosen_player(text: str, arena: str | None = None, place: str = "--player") -> tuple[str, str]:
+    """Return the one name in ``text``, and the arena; see :func:`chosen_players`."""
+    names, arena = chosen_players(text, arena, place)
+    require(len(names) == 1, place, "has several names", "name one")
+    return names[0], arena
+
+
+def check_arena(arena: str | None, place: str = "--arena") -> None:
+    """Refuse a name that is not one of :data:`ARENAS`; None is no choice."""
+    require(
+        arena is None or arena in ARENAS, place, f"is {arena!r}", "write " + " or ".join(ARENAS)
+    )
+
+
+def refuse_unused(options: PlannerOptions, names: Sequence[str]) -> None:
+    """Refuse an option that none of the players ``names`` accepts."""
+    entries = [*PLAYERS.values(), *map(find_player, names)]
+    planner_options.refuse_unused(options, names, {e.name: e.accepts for e in entries})

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.players import Entrant, PlannerOptions
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.comparison.players import Entrant
 from ppg_env.errors import InputError
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
@@ -28,14 +29,14 @@ LADDER = ("union", "faces", "instants", "tree")
 
 
 @dataclass(frozen=True)
-class Question:
+class RiskQuery:
     """How likely do the agents of ``game`` crash?
 
     Attributes
     ----------
     profile : the plans that are played on schedule; None for players without plans.
     entrant : who plays in the environment; None for a plan file.
-    limits : a solver for players that plan on the way, and the seed.
+    planner : options of players that replan while they play, and the seed.
     arena : ``schedule`` or ``env``, for methods that simulate.
     against : another game and profile that the crashes are compared with.
     swept : whether to look between the instants.
@@ -46,7 +47,7 @@ class Question:
     game: Game
     profile: Profile | None
     entrant: Entrant | None = None
-    limits: PlannerOptions = field(default_factory=PlannerOptions)
+    planner: PlannerOptions = field(default_factory=PlannerOptions)
     arena: str = "schedule"
     against: tuple[Game, Profile] | None = None
     swept: bool = False
@@ -74,7 +75,7 @@ class Chance:
 
 
 @dataclass(frozen=True)
-class Answer:
+class RiskReport:
     """What a method found.
 
     Attributes
@@ -95,53 +96,53 @@ class Answer:
     rows: tuple[tuple[str, ...], ...] | None = None
 
 
-def bound(question: Question) -> Answer:
+def bound(query: RiskQuery) -> RiskReport:
     """The paper's union bound, with certified bounds that are tighter."""
-    found = _bounds(question)
+    found = _bounds(query)
     everybody = (*found.agents, found.any)
     chances = [Chance(one.union, 0.0, one.union) for one in everybody]
     rows = [
         (_times(one, "union"), *(f"<= {at_most(getattr(one, name))}" for name in LADDER[1:]))
         for one in everybody
     ]
-    return Answer(
+    return RiskReport(
         "The paper's bound, which caps margins, and how many times the tightest bound it is. "
         "Tighter ones: without the cap; exact for each instant; less what successive times share.",
         tuple(chances[:-1]),
         chances[-1],
-        details=_details(question.game, found),
+        details=_details(query.game, found),
         columns=("ratio", "best faces", "exact instants", "less shared"),
         rows=tuple(rows),
     )
 
 
-def exact(question: Question) -> Answer:
+def exact(query: RiskQuery) -> RiskReport:
     """Exact for each instant; its largest and the tightest bound on all of them together."""
-    found = _bounds(question)
+    found = _bounds(query)
     chances = [Chance(one.tree, one.least, one.tree) for one in (*found.agents, found.any)]
-    members = [set(encounter.agents) for encounter in question.game.encounters]
-    everybody = range(len(question.game.agents))
+    members = [set(encounter.agents) for encounter in query.game.encounters]
+    everybody = range(len(query.game.agents))
     chosen = [[i in agents for agents in members] for i in everybody] + [[True] * len(members)]
-    return Answer(
+    return RiskReport(
         "Exact for each instant; over time certified to be at most this (the tightest bound), and "
         "at least the likeliest instant.",
         tuple(chances[:-1]),
         chances[-1],
-        details=_details(question.game, found),
+        details=_details(query.game, found),
         columns=("likeliest instant",),
-        rows=tuple((_likeliest(question.game, found.log_instants, some),) for some in chosen),
+        rows=tuple((_likeliest(query.game, found.log_instants, some),) for some in chosen),
     )
 
 
-def _bounds(question: Question) -> RiskBounds:
+def _bounds(query: RiskQuery) -> RiskBounds:
     from ppg_env.risk.union_bounds import risk_bounds
 
-    if question.profile is None:
-        name = "this player" if question.entrant is None else question.entrant.name
+    if query.profile is None:
+        name = "this player" if query.entrant is None else query.entrant.name
         raise InputError(
             "--player", f"is {name}, which has no plan to compute with", "use --method mc"
         )
-    return risk_bounds(question.game, question.profile)
+    return risk_bounds(query.game, query.profile)
 
 
 def at_most(bound: float) -> str:

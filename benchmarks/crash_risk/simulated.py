@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
 from benchmarks.comparison.players import RECEDING
-from benchmarks.crash_risk.analytic import Answer, Chance, Question, parties
+from benchmarks.crash_risk.analytic import Chance, RiskQuery, RiskReport, parties
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Encounter, Game
@@ -26,23 +26,23 @@ PLAIN = 1_000_000
 """Episodes that are counted unless told otherwise."""
 
 
-def mc(question: Question) -> Answer:
+def mc(query: RiskQuery) -> RiskReport:
     """Count crashes in plain episodes."""
-    _check(question)
-    game, samples = question.game, question.episodes or PLAIN
-    if question.arena == "env":
-        found = evaluate_runs(game, _runs(question), samples, question.limits.seed).summary
+    _check(query)
+    game, samples = query.game, query.episodes or PLAIN
+    if query.arena == "env":
+        found = evaluate_runs(game, _runs(query), samples, query.planner.seed).summary
         promise, details = f"{samples:,} episodes in the environment", {"arena": "env"}
         return _answer(promise, found.crash, found.crash_any, samples, details)
-    assert question.profile is not None
-    mine, request = (game, question.profile), (samples, question.limits.seed)
-    tools: dict[str, Any] = {"workers": question.workers, "progress": question.progress}
-    if question.against is not None:
-        looks = (question.swept, question.swept)
-        pair = paired_counts(mine, question.against, *request, swept=looks, **tools)
-        return _difference(question, pair)
-    if question.swept:
-        return _swept(question, paired_counts(mine, mine, *request, swept=(False, True), **tools))
+    assert query.profile is not None
+    mine, request = (game, query.profile), (samples, query.planner.seed)
+    tools: dict[str, Any] = {"workers": query.workers, "progress": query.progress}
+    if query.against is not None:
+        looks = (query.swept, query.swept)
+        pair = paired_counts(mine, query.against, *request, swept=looks, **tools)
+        return _difference(query, pair)
+    if query.swept:
+        return _swept(query, paired_counts(mine, mine, *request, swept=(False, True), **tools))
     counts = crash_counts(*mine, *request, **tools)
     each, anybody = counts.estimates()
     return _answer(
@@ -55,31 +55,29 @@ def mc(question: Question) -> Answer:
     )
 
 
-def rare(question: Question) -> Answer:
+def rare(query: RiskQuery) -> RiskReport:
     """Sample crashes that plain episodes would hardly show."""
-    _check(question)
-    game, seed = question.game, question.limits.seed
-    require(question.against is None, "--against", "is for counting", "add --method mc")
-    if question.arena == "env":
-        if question.entrant is not None and question.entrant.name == RECEDING:
+    _check(query)
+    game, seed = query.game, query.planner.seed
+    require(query.against is None, "--against", "is for counting", "add --method mc")
+    if query.arena == "env":
+        if query.entrant is not None and query.entrant.name == RECEDING:
             raise InputError(
                 "--player", "is receding, which plans too slowly to be split", "add --method mc"
             )
-        episodes = question.episodes or OF_A_LEVEL
-        found = evaluate_rare_runs(
-            game, _runs(question), episodes, seed, progress=question.progress
-        )
+        episodes = query.episodes or OF_A_LEVEL
+        found = evaluate_rare_runs(game, _runs(query), episodes, seed, progress=query.progress)
         promise = f"{found.samples:,} episodes in the environment, split by levels"
     else:
-        assert question.profile is not None
+        assert query.profile is not None
         found = rare_risk(
             game,
-            question.profile,
-            question.episodes or IN_SIGHT,
+            query.profile,
+            query.episodes or IN_SIGHT,
             seed,
-            swept=question.swept,
-            workers=question.workers,
-            progress=question.progress,
+            swept=query.swept,
+            workers=query.workers,
+            progress=query.progress,
         )
         promise = f"{found.samples:,} weighted episodes on schedule, drawn with a crash in sight"
     everybody = [*found.agents, found.any]
@@ -87,7 +85,7 @@ def rare(question: Question) -> Answer:
         "std. error": [f"{one.standard_error:.1e}" for one in everybody],
         "worth samples": [f"{one.effective_samples:,.0f}" for one in everybody],
     }
-    details = {"arena": question.arena, **_rare_report(game, found)}
+    details = {"arena": query.arena, **_rare_report(game, found)}
     if found.between is not None:
         added = [*found.between.agents, found.between.any]
         columns["between instants"] = [str(_chance(one)) for one in added]
@@ -98,28 +96,28 @@ def rare(question: Question) -> Answer:
     return _answer(promise, found.agents, found.any, found.samples, details, columns)
 
 
-def _check(question: Question) -> None:
-    if question.arena == "env":
+def _check(query: RiskQuery) -> None:
+    if query.arena == "env":
         require(
-            not question.swept,
+            not query.swept,
             "--swept",
             "is for plans on schedule",
             "leave it out in the environment",
         )
-        require(question.against is None, "--against", "is for plans on schedule", "leave it out")
+        require(query.against is None, "--against", "is for plans on schedule", "leave it out")
 
 
-def _runs(question: Question) -> Sequence[Sequence[Player]]:
+def _runs(query: RiskQuery) -> Sequence[Sequence[Player]]:
     """Who plays in the environment, for each training."""
-    if question.entrant is not None:
-        return question.entrant.policies(question.game, question.limits)
-    assert question.profile is not None
-    return [track(question.game, question.profile)]
+    if query.entrant is not None:
+        return query.entrant.policies(query.game, query.planner)
+    assert query.profile is not None
+    return [track(query.game, query.profile)]
 
 
-def _swept(question: Question, pair: PairedCounts) -> Answer:
+def _swept(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     """Crashes seen by watching steps, and how many of them no instant shows."""
-    game, counts = question.game, pair.second
+    game, counts = query.game, pair.second
     each, anybody = counts.estimates()
     added = counts.each(pair.only_second)
     details = {
@@ -137,7 +135,7 @@ def _swept(question: Question, pair: PairedCounts) -> Answer:
     return _answer(promise, each, anybody, counts.samples, details, columns)
 
 
-def _difference(question: Question, pair: PairedCounts) -> Answer:
+def _difference(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     """The plan's own probabilities, and how much more the other's are."""
     each, anybody = pair.first.estimates()
     others, other = pair.second.estimates()
@@ -169,10 +167,10 @@ def _answer(
     samples: int,
     details: dict[str, Any],
     columns: dict[str, list[str]] | None = None,
-) -> Answer:
+) -> RiskReport:
     """95 % intervals, with more columns, a cell for each agent and one for anybody."""
     columns = columns or {}
-    return Answer(
+    return RiskReport(
         f"{promise[0].upper()}{promise[1:]}. 95 % intervals.",
         tuple(map(_chance, agents)),
         _chance(anybody),

@@ -20,7 +20,8 @@ from typing import Any
 
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
-from benchmarks.comparison.players import ARENAS, FILE, PlannerOptions, chosen_players
+from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.comparison.players import FILE, check_arena, chosen_player, find_player
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
@@ -29,57 +30,37 @@ from ppg_env.scenarios.make import make_game
 FORMAT = 2
 """To be raised whenever a cell gives another row than before: old rows are then not found."""
 
-JOINT = ("potential", "social")
-"""Players that heed ``node_limit``."""
-
-DYNAMIC = ("nash", "receding")
-"""Players that heed ``start`` and ``order``."""
-
-CHARGED = ("nash",)
-"""Players that heed ``charge``."""
-
 SELFISH = "selfish"
 """What those heed who heed no other."""
 
 
 @dataclass(frozen=True)
-class Cell:
-    """One player in one game.
+class Cell(PlannerOptions):
+    """One player in one game, with the options of its planner.
 
     Attributes
     ----------
     scenario : a scenario's call or the path of a .toml file, as for ``make_game``.
     player : a name that ``ppg compare`` knows, or a file of learned players.
     fields : fields of the game to override, as for ``make_game``.
-    start, order : of best-response dynamics, for ``nash`` and ``receding``.
-    charge : rule of liability, for ``nash``; see :mod:`solvers.liability`.
     arena : ``schedule`` or ``env``, as for ``ppg compare``.
-    episodes, seed : simulated episodes, and the seed of everything random.
+    episodes : simulated episodes.
     groups : groups of episodes in ``env``; learners have one per training run at least.  Players
         with as many groups meet the same noise.
-    solver, time_limit, node_limit : of each planner; seconds depend on the machine, linear
-        programs (heeded by ``potential`` and ``social``) do not.
+
+    A ``time_limit`` makes results depend on the machine, a ``node_limit`` does not.
     """
 
     scenario: str
     player: str
     fields: Mapping[str, Any] = field(default_factory=dict)
-    start: str | None = None
-    order: str | tuple[int, ...] = "cyclic"
-    charge: str = SELFISH
     arena: str = "schedule"
     episodes: int = 10_000
     groups: int = 1
-    seed: int = 0
-    solver: str = "ENGINE"
-    time_limit: float | None = None
-    node_limit: int | None = None
 
     def __post_init__(self) -> None:
-        known = self.arena in ARENAS
-        require(known, "arena", f"is {self.arena!r}", "write " + " or ".join(ARENAS))
-        names, _ = chosen_players(self.player, self.arena, "player")
-        require(len(names) == 1, "player", f"is {self.player!r}", "name one; a cell has one player")
+        check_arena(self.arena, "arena")
+        chosen_player(self.player, self.arena, "player")
         for name, least in (("episodes", 1), ("groups", 1), ("seed", 0)):
             value = getattr(self, name)
             require(value >= least, name, f"is {value}", f"give a whole number from {least} on")
@@ -100,34 +81,21 @@ class Cell:
         return _scenario(self.scenario, fields)
 
     @property
-    def limits(self) -> PlannerOptions:
-        """What the player may use."""
-        return PlannerOptions(
-            self.solver,
-            self.time_limit,
-            self.seed,
-            self.node_limit,
-            self.start,
-            self.order,
-            self.heeded["charge"] or SELFISH,
-        )
-
-    @property
     def heeded(self) -> dict[str, Any]:
-        """The options, with None for those that this player in this arena does not heed."""
-        dynamic = self.player in DYNAMIC
+        """The options, with None for those without effect for this player in this arena."""
+        accepted = find_player(self.player).accepts
         order = self.order if isinstance(self.order, str) else ",".join(map(str, self.order))
         return {
-            "start": self.start if dynamic else None,
-            "order": order if dynamic else None,
-            "charge": self.charge if self.player in CHARGED else None,
+            "start": self.start if "start" in accepted else None,
+            "order": order if "order" in accepted else None,
+            "charge": self.charge if "charge" in accepted else None,
             "arena": self.arena,
             "episodes": self.episodes,
             "groups": self.groups if self.arena == "env" else None,
             "seed": self.seed,
             "solver": self.solver,
             "time_limit": self.time_limit,
-            "node_limit": self.node_limit if self.player in JOINT else None,
+            "node_limit": self.node_limit if "node_limit" in accepted else None,
         }
 
     @cached_property

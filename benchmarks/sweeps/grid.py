@@ -21,8 +21,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from benchmarks.comparison.players import FILE, chosen_players
-from benchmarks.sweeps.cell import CHARGED, DYNAMIC, SELFISH, Cell
+from benchmarks.comparison.players import FILE, chosen_players, find_player
+from benchmarks.sweeps.cell import SELFISH, Cell
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import read_tables
 
@@ -57,16 +57,16 @@ class Grid:
                 game,
                 player,
                 dict(zip(self.values, chosen, strict=True)),
-                start,
-                order,
-                charge,
                 arena,
                 self.episodes,
                 self.groups,
-                seed,
-                self.solver,
-                self.time_limit,
-                self.node_limit,
+                solver=self.solver,
+                time_limit=self.time_limit,
+                node_limit=self.node_limit,
+                seed=seed,
+                start=start,
+                order=order,
+                charge=charge,
             )
             for game in self.games
             for chosen in product(*self.values.values())
@@ -76,9 +76,10 @@ class Grid:
         ]
 
     def _dynamics(self, player: str) -> list[tuple[str | None, str | tuple[int, ...], str]]:
-        if player not in DYNAMIC:
+        accepted = find_player(player).accepts
+        if "order" not in accepted:
             return [(None, "cyclic", SELFISH)]
-        charges = self.charges if player in CHARGED else (SELFISH,)
+        charges = self.charges if "charge" in accepted else (SELFISH,)
         return list(product(self.starts, self.orders, charges))
 
 

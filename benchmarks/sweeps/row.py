@@ -54,7 +54,7 @@ class Row:
     status : how the planner ended, ``trained`` for learners, ``failed`` after an error.
     reason : why there is no result, with advice; None if there is one.
     arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of planners, by the evaluator.
-    social_cost, potential, risk_bound_any, violations : likewise, of all agents together.
+    social_cost, potential, risk_bound_any, complaints : likewise, of all agents together.
     minimised, value, bound, gap, regret, updates : what is proved, as ``ppg solve`` prints it.
     information, runs, played_arrival, arrival_mean, success : as ``ppg compare`` prints them.
     crash_probability, crash_probability_low, crash_probability_high : of anybody, with limits.
@@ -103,7 +103,7 @@ class Row:
     social_cost: float | None = None
     potential: float | None = None
     risk_bound_any: float | None = None
-    violations: Words | None = None
+    complaints: Words | None = None
     minimised: str | None = None
     value: float | None = None
     bound: float | None = None

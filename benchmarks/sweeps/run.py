@@ -129,7 +129,7 @@ def _played(cell: Cell) -> Report:
     from benchmarks.comparison.report import solution_report
 
     (row,) = compare(
-        cell.game, [cell.player], cell.episodes, cell.limits, arena=cell.arena, groups=cell.groups
+        cell.game, [cell.player], cell.episodes, cell, arena=cell.arena, groups=cell.groups
     )
     report = row_report(row)
     if row.solution is not None:

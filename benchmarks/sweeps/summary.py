@@ -56,7 +56,7 @@ def _result(row: Row) -> tuple[str, ...]:
         return (row.status, "", "", "", "")
     played = row.played_arrival or []
     shown = times(row.arrival) if row.arrival and row.arena == "schedule" else _means(played)
-    overlap = bool(row.violations)
+    overlap = bool(row.complaints)
     return (
         "overlap" if overlap else row.status,
         shown,

@@ -19,7 +19,7 @@ def test_both_sides_are_named_and_certified(ppg):
 
 def test_the_table_names_the_best_and_the_worst(ppg):
     done = ppg("equilibria", "circle(4)", "--speed", "l1", "--runs", "8")
-    for word in ("cheapest", "dearest", "safest", "riskiest", "left", "right"):
+    for word in ("cheapest", "costliest", "safest", "riskiest", "left", "right"):
         assert word in done.out
 
 

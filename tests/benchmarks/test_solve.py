@@ -80,7 +80,8 @@ def test_equilibria_carry_a_regret_per_agent(ppg, solution):
 
 @pytest.mark.parametrize("solution", SOLUTIONS)
 def test_the_same_seed_gives_the_same_report(ppg, solution):
-    words = ["solve", "head_on", "--solution", solution, "--order", "random", "--seed", "5"]
+    words = ["solve", "head_on", "--solution", solution, "--seed", "5"]
+    words += ["--order", "random"] * (solution == "nash")
     first, again = (timeless(ppg(*words, "--json").json) for _ in range(2))
     assert first == again
 

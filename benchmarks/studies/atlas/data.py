@@ -44,7 +44,15 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
             *(("random", choice.seed + k) for k in range(RANDOM)),
         ]
         found += [
-            sweeps.Cell(scenario, "nash", game, start, order, episodes=choice.episodes, seed=seed)
+            sweeps.Cell(
+                scenario,
+                "nash",
+                game,
+                start=start,
+                order=order,
+                episodes=choice.episodes,
+                seed=seed,
+            )
             for start, (order, seed) in product(STARTS, orders)
         ]
     return found

@@ -71,14 +71,16 @@ def cells(choice: Choice) -> list[BoundsCell]:
 
 def run_cell(cell: BoundsCell, episodes: int, seed: int) -> StudyRow:
     """Plan, bound and count; a row without ``bounds`` has the ``reason`` why there is no plan."""
-    from benchmarks.comparison.players import PLANNERS, PlannerOptions
+    from benchmarks.comparison.planner_options import PlannerOptions
+    from benchmarks.comparison.players import entrant
     from ppg_env.risk.monte_carlo import crash_counts
     from ppg_env.risk.union_bounds import risk_bounds
     from ppg_env.support.statistics import proportion
 
     game = cell.game()
     row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}
-    solution = PLANNERS[cell.player](game, PlannerOptions(time_limit=TIME_LIMIT))
+    solution = entrant(cell.player, game, PlannerOptions(time_limit=TIME_LIMIT)).solution
+    assert solution is not None
     if solution.profile is None:
         return row | {"reason": solution.advice}
     found = risk_bounds(game, solution.profile)

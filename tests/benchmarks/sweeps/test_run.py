@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from benchmarks.comparison.compare import compare, comparison_report
-from benchmarks.comparison.players import PlannerOptions
+from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.run import part, play
 from benchmarks.sweeps.workers import Died, each_done

@@ -1,0 +1,119 @@
+"""The results of a comparison as a table on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from benchmarks.comparison.compare import Played, PlayerResult
+from benchmarks.comparison.report import game_name
+from benchmarks.terminal import print_table, probability, times
+from ppg_env.game.game import Game
+from ppg_env.support.statistics import Interval
+
+SCHEDULE_COLUMNS = (
+    "player",
+    "sees",
+    "arrival",
+    "social cost",
+    "regret <=",
+    "crash probability",
+    "risk bound",
+    "expected cost",
+)
+ENV_COLUMNS = (
+    "player",
+    "sees",
+    "runs",
+    "arrival",
+    "arrived %",
+    "crash probability",
+    "expected cost",
+)
+STARS = {
+    "": "",
+    "*": "* Fewer than ten crashes were counted, so the method is rare (ppg risk): weighted "
+    "episodes with a crash in sight, or splitting; for learners the trainings as given.",
+    "**": "** Rare, and not to be trusted: ask for more episodes.",
+}
+NOTES = {
+    "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
+    "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
+    "agents. Overlap: the plan's own means collide.",
+    "env": "In the environment: arrival within a region, inputs projected, crashed agents leave; "
+    "{episodes:,} episodes. 95 % intervals over episodes, for learners over training runs too. "
+    "Arrival: mean over episodes that arrive. Crash: anybody. Expected cost: lam per step, "
+    "(1 - lam) {kappa:g} for a crash, mean over agents.",
+}
+
+
+def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int) -> None:
+    """Print one line per player; players without a plan show their status, and why below."""
+    cells = _schedule_cells if arena == "schedule" else _env_cells
+    columns = SCHEDULE_COLUMNS if arena == "schedule" else ENV_COLUMNS
+    lines = [
+        cells(row) if row.played else (row.player, row.status, *[""] * (len(columns) - 2))
+        for row in rows
+    ]
+    failures = [f"{row.player}: {row.advice}." for row in rows if not row.played]
+    rare = [STARS[star] for star in sorted({_star(row.played) for row in rows if row.played})]
+    lams = sorted({agent.lam for agent in game.agents})
+    print_table(
+        f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
+        columns,
+        lines,
+        " ".join([*failures, NOTES[arena].format(episodes=episodes, kappa=game.crash_cost), *rare]),
+        texts=2,
+    )
+
+
+def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
+    assert row.solution is not None
+    evaluation, played, regret = row.solution.evaluation, row.played, row.solution.regret
+    assert evaluation is not None
+    assert played is not None
+    overlap = "" if evaluation.feasible else "overlap"
+    return (
+        row.player,
+        played.information,
+        times(evaluation.arrival),
+        overlap or f"{evaluation.social_cost:.4f}",
+        "" if regret is None else f"{regret.max():.0e}",
+        _crash(played),
+        overlap or f"{evaluation.risk_sum_any:.1e}",
+        _interval(played.expected_cost),
+    )
+
+
+def _env_cells(row: PlayerResult) -> tuple[str, ...]:
+    played = row.played
+    assert played is not None
+    assert played.success is not None
+    spread = played.over_runs
+    return (
+        row.player,
+        played.information,
+        str(played.runs) if spread else "",
+        " ".join("-" if time != time else f"{time:.2f}" for time in played.arrival),
+        " ".join(f"{100 * share.value:.1f}" for share in played.success),
+        _crash(played),
+        _interval(spread["expected_cost"] if spread else played.expected_cost),
+    )
+
+
+def _crash(played: Played) -> str:
+    """With the interval over runs, where there are several and crashes were counted."""
+    if played.method == "rare" or played.over_runs is None or not played.crash_any.value:
+        return probability(played.crash_any) + _star(played)
+    return probability(played.over_runs["crash_probability"])
+
+
+def _star(played: Played) -> str:
+    """Mark a probability that was not counted, see ``STARS``."""
+    if played.method == "mc":
+        return ""
+    return "*" if played.crash_any.trusted else "**"
+
+
+def _interval(interval: Interval) -> str:
+    half = max(interval.high - interval.value, interval.value - interval.low)
+    return f"{interval.value:.3f} ± {half:.3f}"
