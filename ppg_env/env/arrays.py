@@ -10,12 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ppg_env import tolerances as tol
 from ppg_env.env.rules import Rules
 from ppg_env.game.dynamics import square_root
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
-from ppg_env.game.margins import encounter_units
+from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
 from ppg_env.game.polytope import Polytope
 
 FREE, BOX, POLYGON, FACES = range(4)
@@ -86,7 +85,7 @@ class Tables(NamedTuple):
 
 def make_tables(game: Game, rules: Rules) -> Tables:
     """Flatten ``game`` under ``rules``."""
-    agents, encounters, d = game.agents, game.encounters, game.dim
+    agents, d, faces = game.agents, game.dim, collision_faces(game)
     N, n = len(agents), max(agent.state_dim for agent in agents)
     m = max(agent.control_dim for agent in agents)
     start, goal = np.zeros((N, n)), np.zeros((N, n))
@@ -127,16 +126,13 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         input_normals=np.concatenate(wide),
         input_offsets=np.concatenate([b for _, b in inputs_faces]),
         first_input=_firsts([len(a) for a in wide]),
-        pair=np.array(
-            [(e.agents[0], e.agents[1] if len(e.agents) == 2 else -1) for e in encounters],
-            dtype=np.int64,
-        ).reshape(-1, 2),
-        normals=_stack([e.collision.normals for e in encounters], (0, d)),
-        offsets=_stack([e.collision.offsets for e in encounters], (0,)),
-        depths=_stack([e.collision.offsets for e in encounters], (0,)) - tol.LENGTH,
-        first_face=_firsts([len(e.collision.offsets) for e in encounters]),
+        pair=encounter_pairs(game),
+        normals=faces.normals,
+        offsets=faces.offsets,
+        depths=faces.depths,
+        first_face=faces.first,
         units=np.hstack(
-            [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in encounters)]
+            [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in game.encounters)]
         ),
         margin_cap=game.margin_cap,
         lam=np.array([agent.lam for agent in agents]),
@@ -192,7 +188,3 @@ def _edges(control: Polytope) -> np.ndarray:
 
 def _firsts(sizes: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-
-
-def _stack(parts: list[np.ndarray], empty: tuple[int, ...]) -> np.ndarray:
-    return np.concatenate([np.zeros(empty), *parts])

@@ -17,6 +17,7 @@ from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, POLYGON, Tables
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.game.compiled_margins import best_face, inside
 
 SWEEPS = 200
 """Most sweeps of Hildreth's projection; it stops when a sweep changes less than SETTLED."""
@@ -147,7 +148,6 @@ def _price_margins(
 ):  # fmt: skip
     """What the margins are short of the cap, for those in traffic, before they move."""
     C, N = status.shape
-    d = len(axes)
     for c in range(C):
         for i in range(N):
             safety_cost[c, i] = 0.0
@@ -156,15 +156,8 @@ def _price_margins(
             i, j = pair[e, 0], pair[e, 1]
             if status[c, i] != TRAFFIC or (j >= 0 and status[c, j] != TRAFFIC):
                 continue
-            best = -np.inf
-            for f in range(first_face[e], first_face[e + 1]):
-                clear = -offsets[f]
-                for k in range(d):
-                    clear += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
-                if units[row, f] > 0.0:
-                    best = max(best, clear / units[row, f])
-                elif clear >= -1e-6:  # a face without noise counts fully or not at all
-                    best = np.inf
+            best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],
+                             first_face[e + 1], units, row)  # fmt: skip
             missing = cap - min(best, cap)
             safety_cost[c, i] += (1.0 - lam[c, i]) * missing
             if j >= 0:
@@ -232,7 +225,6 @@ def _move(
 def _collide(axes, state, status, pair, normals, depths, first_face, stay, crashed, overlap):
     """Which bodies overlap by more than a touch, and who crashed; the parked are at peace."""
     C, N = status.shape
-    d = len(axes)
     for c in range(C):
         for i in range(N):
             crashed[c, i] = False
@@ -249,15 +241,7 @@ def _collide(axes, state, status, pair, normals, depths, first_face, stay, crash
                 continue
             if j < 0 and first != TRAFFIC:
                 continue
-            inside = True
-            for f in range(first_face[e], first_face[e + 1]):
-                reach = 0.0
-                for k in range(d):
-                    reach += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
-                if reach > depths[f]:
-                    inside = False
-                    break
-            if inside:
+            if inside(axes, state, c, i, j, normals, depths, first_face[e], first_face[e + 1]):
                 overlap[c, e] = True
                 crashed[c, i] = True
                 if j >= 0:

@@ -139,8 +139,9 @@ class Swarm:
             events[:, :N] |= step.crashed & live
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
-                simulator.state, simulator.status, simulator.clock, tables.stay, tables.pair,
-                tables.normals, tables.offsets, tables.first_face, tables.units, closest,
+                tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
+                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units,
+                closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)
         closest[events[:, -1]] = -np.inf
