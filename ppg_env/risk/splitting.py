@@ -91,7 +91,7 @@ class Swarm:
         self._batch = (R, P // CHAIN)
         self.simulator = Simulator(game, rules, R * (P // CHAIN))
         _, N, n = self.simulator.state.shape
-        self._steps = self.simulator.rules.steps(game)
+        self._steps = self.simulator.max_cycles
         self.noise = np.empty((R, P, self._steps + 1, N, n))
         self.score = np.empty(shape)
         self.events = np.empty((*shape, N + len(game.encounters) + 1), dtype=np.bool_)

@@ -8,7 +8,7 @@ import pytest
 
 from baselines import Learned, Policy, train_players, write_learned
 from ppg_env import Game, make_game
-from ppg_env.env.simulator import observation_size
+from ppg_env.env.observation import observation_size
 
 
 @pytest.fixture(scope="session")
