@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env.env.observation import observation_size
 from ppg_env.env.players import Player, View, straight_players
-from ppg_env.env.simulator import observation_size
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds

@@ -15,6 +15,7 @@ from benchmarks.crash_risk.analytic import Chance, RiskQuery, RiskReport, partie
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Encounter, Game
+from ppg_env.game.margins import membership
 from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
@@ -212,8 +213,8 @@ def _whom(game: Game, counts: CrashCounts) -> list[str]:
 
 def _when(game: Game, counts: CrashCounts) -> list[str]:
     """When each agent mostly crashes first with anybody, and when the first crash mostly is."""
-    mine = [[i in e.agents for e in game.encounters] for i in range(len(game.agents))]
-    rows = [*(counts.first_times[own].sum(axis=0) for own in mine), counts.first_any]
+    each = [counts.first_times[own].sum(axis=0) for own in membership(game)]
+    rows = [*each, counts.first_any]
     return [f"t = {row.argmax()}" if row.any() else "" for row in rows]
 
 

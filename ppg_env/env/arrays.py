@@ -1,45 +1,46 @@
 """A game and its rules as flat arrays, the form in which the simulation kernel reads them.
 
 States of agents with fewer components than the largest are padded with zeros.  Sizes: N agents,
-E encounters, n state components, m inputs, d position components.
+E encounters, V control sets, n state components, m inputs, d position components.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ppg_env import tolerances as tol
+from ppg_env.env.observation import observation_frame
 from ppg_env.env.rules import Rules
+from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import square_root
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
-from ppg_env.game.margins import encounter_units
+from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
 from ppg_env.game.polytope import Polytope
 
 FREE, BOX, POLYGON, FACES = range(4)
-"""How inputs are projected: not at all, per component, on a convex polygon, on half-spaces."""
+"""Projections of inputs: none, per component, on a convex polygon, on half-spaces."""
 
 NEVER = 2**31 - 1
-"""An arrival time that no episode reaches."""
+"""An arrival time beyond every episode."""
 
 
 class Tables(NamedTuple):
-    """What the kernel needs to know.
+    """The arguments of the kernel that no step changes.
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
     start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
     A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
-    separable (N,): whether every axis moves by itself, input limits included;
-    control_set (S, N): which control set v holds at each step, the last row for all later ones;
-    projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the control
-    sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
-    pair (E, 2), -1 for an obstacle; normals, offsets of encounter e from ``first_face[e]`` on,
-    depths = offsets less the tolerance within which bodies only touch;
+    separable (N,): whether no axis affects another, input limits included;
+    control_set (S, N): the control set v of each agent at each step, the last row for all later
+    steps; projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the
+    control sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
+    pair (E, 2), -1 for an obstacle; normals, offsets, depths of the collision sets, those of
+    encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
     units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
     lam (N,) weights of time and crash_cost kappa;
-    schedule (N,), centre (d,) and scale of observations.
+    schedule (N,); centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
 
     state_axes: tuple[int, ...]
@@ -85,10 +86,27 @@ class Tables(NamedTuple):
 
 
 def make_tables(game: Game, rules: Rules) -> Tables:
-    """Flatten ``game`` under ``rules``."""
-    agents, encounters, d = game.agents, game.encounters, game.dim
-    N, n = len(agents), max(agent.state_dim for agent in agents)
-    m = max(agent.control_dim for agent in agents)
+    """Return ``game`` under ``rules`` as arrays."""
+    n = max(agent.state_dim for agent in game.agents)
+    m = max(agent.control_dim for agent in game.agents)
+    centre, scale = observation_frame(game)
+    return Tables(
+        state_axes=(0,) * n,
+        input_axes=(0,) * m,
+        axes=(0,) * game.dim,
+        **_dynamics(game, n, m),
+        separable=np.array([_separable(agent, rules, n, m) for agent in game.agents]),
+        **_control_sets(game, rules, m),
+        **_encounters(game),
+        **_rules(game, rules),
+        centre=centre,
+        scale=scale,
+    )
+
+
+def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
+    """Return the fields about starts, goals, motion and preferences of the agents."""
+    agents, N = game.agents, len(game.agents)
     start, goal = np.zeros((N, n)), np.zeros((N, n))
     A, B, root, start_root = (np.zeros((N, n, k)) for k in (n, m, n, n))
     for i, agent in enumerate(agents):
@@ -96,69 +114,76 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         start[i, :k], goal[i, : agent.goal.size] = agent.start, agent.goal
         A[i, :k, :k], B[i, :k, :inputs] = agent.A, agent.B
         root[i, :k, :k], start_root[i, :k, :k] = square_root(agent.noise), square_root(agent.sigma0)
-    sets = [held for agent in agents for _, held in pieces(agent.control)]
+    return {
+        "start": start,
+        "goal": goal,
+        "goal_size": np.array([agent.goal.size for agent in agents]),
+        "A": A,
+        "B": B,
+        "root": root,
+        "start_root": start_root,
+        "random_start": bool(start_root.any()),
+        "lam": np.array([agent.lam for agent in agents]),
+    }
+
+
+def _control_sets(game: Game, rules: Rules, m: int) -> dict[str, Any]:
+    """Return the fields about control sets, those of each agent in the order of their steps."""
+    sets = [control for agent in game.agents for _, control in pieces(agent.control)]
     low, high = np.zeros((len(sets), m)), np.zeros((len(sets), m))
-    for v, held in enumerate(sets):
-        low[v, : held.dim], high[v, : held.dim] = held.bounds
-    edges, inputs_faces = [_edges(held) for held in sets], [held.faces for held in sets]
-    wide = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in inputs_faces]
-    places = np.array([[*agent.start[:d], *agent.goal[:d]] for agent in agents]).reshape(-1, d)
-    spread = np.ptp(places, axis=0)
-    return Tables(
-        state_axes=(0,) * n,
-        input_axes=(0,) * m,
-        axes=(0,) * d,
-        start=start,
-        goal=goal,
-        goal_size=np.array([agent.goal.size for agent in agents]),
-        tolerance=float(rules.tolerance),
-        A=A,
-        B=B,
-        root=root,
-        start_root=start_root,
-        random_start=bool(start_root.any()),
-        separable=np.array([_separable(game, rules, i, n, m) for i in range(N)]),
-        control_set=_control_set(game),
-        projection=np.array([_projection(held, rules) for held in sets]),
-        low=low,
-        high=high,
-        edges=np.concatenate(edges),
-        first_edge=_firsts([len(rows) for rows in edges]),
-        input_normals=np.concatenate(wide),
-        input_offsets=np.concatenate([b for _, b in inputs_faces]),
-        first_input=_firsts([len(a) for a in wide]),
-        pair=np.array(
-            [(e.agents[0], e.agents[1] if len(e.agents) == 2 else -1) for e in encounters],
-            dtype=np.int64,
-        ).reshape(-1, 2),
-        normals=_stack([e.collision.normals for e in encounters], (0, d)),
-        offsets=_stack([e.collision.offsets for e in encounters], (0,)),
-        depths=_stack([e.collision.offsets for e in encounters], (0,)) - tol.LENGTH,
-        first_face=_firsts([len(e.collision.offsets) for e in encounters]),
-        units=np.hstack(
-            [np.zeros((game.horizon + 1, 0)), *(encounter_units(game, e) for e in encounters)]
-        ),
-        margin_cap=game.margin_cap,
-        lam=np.array([agent.lam for agent in agents]),
-        crash_cost=game.crash_cost,
-        schedule=np.array(rules.schedule or [NEVER] * N, dtype=np.int64),
-        scheduled=rules.arrival == "schedule",
-        stay=rules.on_goal == "stay",
-        remove_crashed=rules.on_crash == "remove",
-        margin_reward=rules.reward == "margin",
-        social=rules.sharing == "social",
-        max_cycles=rules.steps(game),
-        centre=(places.max(axis=0) + places.min(axis=0)) / 2,
-        scale=max(float(spread.max()) / 2, 1.0),
-    )
+    for v, control in enumerate(sets):
+        low[v, : control.dim], high[v, : control.dim] = control.bounds
+    edges, faces = [_edges(control) for control in sets], [control.faces for control in sets]
+    padded = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in faces]
+    return {
+        "control_set": _control_set(game),
+        "projection": np.array([_projection(control, rules) for control in sets]),
+        "low": low,
+        "high": high,
+        "edges": np.concatenate(edges),
+        "first_edge": _firsts([len(rows) for rows in edges]),
+        "input_normals": np.concatenate(padded),
+        "input_offsets": np.concatenate([b for _, b in faces]),
+        "first_input": _firsts([len(a) for a in padded]),
+    }
+
+
+def _encounters(game: Game) -> dict[str, Any]:
+    """Return the fields about collisions and margins."""
+    faces = collision_faces(game)
+    units = (encounter_units(game, encounter) for encounter in game.encounters)
+    return {
+        "pair": encounter_pairs(game),
+        "normals": faces.normals,
+        "offsets": faces.offsets,
+        "depths": faces.depths,
+        "first_face": faces.first,
+        "units": np.hstack([np.zeros((game.horizon + 1, 0)), *units]),
+        "margin_cap": game.margin_cap,
+        "crash_cost": game.crash_cost,
+    }
+
+
+def _rules(game: Game, rules: Rules) -> dict[str, Any]:
+    """Return the fields about the rules of play."""
+    return {
+        "tolerance": float(rules.tolerance),
+        "schedule": np.array(rules.schedule or [NEVER] * len(game.agents), dtype=np.int64),
+        "scheduled": rules.arrival == "schedule",
+        "stay": rules.on_goal == "stay",
+        "remove_crashed": rules.on_crash == "remove",
+        "margin_reward": rules.reward == "margin",
+        "social": rules.sharing == "social",
+        "max_cycles": rules.steps(game),
+    }
 
 
 def _control_set(game: Game) -> np.ndarray:
-    """(S, N) number of the set that holds at each step, up to the last change of any."""
+    """Return (S, N) the number of the set in force at each step, up to the last change of any."""
     firsts = [[first for first, _ in pieces(agent.control)] for agent in game.agents]
-    steps = np.arange(max(mine[-1] for mine in firsts) + 1)
-    held = [np.searchsorted(mine, steps, side="right") - 1 for mine in firsts]
-    return np.column_stack(held) + _firsts([len(mine) for mine in firsts])[:-1]
+    steps = np.arange(max(starts[-1] for starts in firsts) + 1)
+    current = [np.searchsorted(starts, steps, side="right") - 1 for starts in firsts]
+    return np.column_stack(current) + _firsts([len(starts) for starts in firsts])[:-1]
 
 
 def _projection(control: Polytope, rules: Rules) -> int:
@@ -169,19 +194,21 @@ def _projection(control: Polytope, rules: Rules) -> int:
     return POLYGON if control.dim == 2 else FACES
 
 
-def _separable(game: Game, rules: Rules, agent: int, states: int, inputs: int) -> bool:
-    """One input per state component, all matrices diagonal, inputs limited one by one."""
-    mover = game.agents[agent]
-    matrices = (mover.A, mover.B, square_root(mover.noise))
-    square = states == mover.state_dim == mover.control_dim == inputs
-    straight = square and all(np.array_equal(M, np.diag(np.diag(M))) for M in matrices)
-    return straight and all(
-        _projection(held, rules) in (FREE, BOX) for _, held in pieces(mover.control)
+def _separable(agent: Agent, rules: Rules, n: int, m: int) -> bool:
+    """Return whether each input moves one state component and nothing couples components."""
+    matrices = (agent.A, agent.B, square_root(agent.noise))
+    square = n == agent.state_dim == agent.control_dim == m
+    diagonal = square and all(np.array_equal(M, np.diag(np.diag(M))) for M in matrices)
+    return diagonal and all(
+        _projection(control, rules) in (FREE, BOX) for _, control in pieces(agent.control)
     )
 
 
 def _edges(control: Polytope) -> np.ndarray:
-    """(K, 5) edges of a polygon, counter-clockwise: corner, unit tangent, length; else none."""
+    """Return (K, 5) edges of a polygon, counter-clockwise: corner, unit tangent, length.
+
+    K = 0 in other dimensions.
+    """
     if control.dim != 2:
         return np.zeros((0, 5))
     corners = control.vertices
@@ -192,7 +219,3 @@ def _edges(control: Polytope) -> np.ndarray:
 
 def _firsts(sizes: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-
-
-def _stack(parts: list[np.ndarray], empty: tuple[int, ...]) -> np.ndarray:
-    return np.concatenate([np.zeros(empty), *parts])

@@ -16,15 +16,13 @@ import numpy as np
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator, Step
+from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Estimate, Interval, proportion
 
 COPIES = 4096
 """Copies per block."""
-
-ARRIVED, OUT = 1, 2
-"""Status of agents that have arrived, or are out of the game; see :mod:`ppg_env.env.kernel`."""
 
 
 @dataclass(frozen=True)
@@ -162,13 +160,13 @@ def play(
     sizes = [agent.control_dim for agent in simulator.game.agents]
     action = np.zeros((C, N, simulator.action_size))
     for noise in noises:
-        traffic = simulator.status == 0
+        traffic = simulator.status == TRAFFIC
         for i, player in enumerate(players):
             if traffic[:, i].any():
                 action[:, i, : sizes[i]] = player.act(simulator.view(i))
         yield traffic, simulator.step(action, noise, restart=False)
-        # Without restart the kernel would let agents that the time limit cut off drive on.
-        simulator.status[~simulator.alive.any(axis=1)] = OUT
+        # Without restart the kernel would go on moving agents that were truncated: take them out.
+        simulator.status[~simulator.alive.any(axis=1)] = CRASHED
         if not simulator.alive.any():
             return
 

@@ -1,7 +1,8 @@
-"""The game as a PettingZoo ``ParallelEnv``; its page is the docstring of the class."""
+"""The game as a PettingZoo ``ParallelEnv``; the docstring of the class is its page."""
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,12 @@ import numpy as np
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
-from ppg_env.env.rules import CHOICES, make_rules
+from ppg_env.env.actions import ActionReader
+from ppg_env.env.infos import InfoReader
+from ppg_env.env.observation import global_state
+from ppg_env.env.rules import CHOICES, Rules, make_rules
 from ppg_env.env.simulator import Simulator
-from ppg_env.errors import InputError, require
+from ppg_env.errors import require
 from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game, override_game
@@ -23,57 +27,42 @@ RENDER_MODES = ("rgb_array", "human")
 class PathPlanningEnv(ParallelEnv):
     r"""A path planning game, played step by step.
 
-    N agents with noisy linear dynamics head for their goals; every step all of them move at once:
-    x' = A x + B u + w, with u the action projected on the control set and w ~ N(0, noise).  Control
-    sets may change over time; the last one holds for ever.
+    N agents with noisy linear dynamics head for their goals.  In every step all of them move at
+    once: x' = A x + B u + w, where u is the action projected on the control set and
+    w ~ N(0, noise).  Control sets may change over time; the last one stays in force.
 
     **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game.
 
     **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set (around
-    all of them, where it changes over time), in lengths per step for the paper's dynamics.
-    Actions outside the set that holds at the step are projected on it (``saturation="clip"``).
+    all of them, if it changes over time), in lengths per step for the paper's dynamics.
+    Actions outside the set in force are projected on it (``saturation="clip"``).
 
-    **Observations**: ``Box`` of shape (n + d + 2 + (N - 1)(1 + n),), float32, unbounded, lengths
-    divided by ``scale`` (half the largest extent of starts and goals).  n state and d position
-    components; for d = n = 2:
-
-    ======================  =====  ==================================================
-    entry                   size   meaning
-    ======================  =====  ==================================================
-    state - goal            n      where the goal is
-    position - centre       d      where in the field
-    in traffic              1      1 until arrival or crash
-    time                    1      share of ``max_cycles`` gone
-    other: there            1      1 if its body can be hit, else it and the rest are 0
-    other: relative state   n      position less one's own; other components as they are
-    ======================  =====  ==================================================
-
-    the last two for each other agent, in the order of the game.
-
-    ``state()`` is one vector of shape (N n + N + 1,), float32: all positions less the centre and
-    the other state components, divided by ``scale``; who is in traffic; the time share.
+    **Observations**: ``Box`` of shape (n + d + 2 + (N - 1)(1 + n),), float32, unbounded, with
+    n state and d position components; :mod:`ppg_env.env.observation` lists the entries.
+    ``state()`` is one vector of shape (N n + N + 1,), float32, listed there too.
 
     **Reward** ``risk``: -lam per step in traffic, -(1 - lam) kappa at a crash.  ``margin``:
     -lam - (1 - lam) sum (M' - s) per step in traffic, over all encounters in traffic before the
-    move.  ``sharing="social"`` gives everybody the sum of all rewards, to the end of the episode.
+    move.  With ``sharing="social"`` every agent gets the sum of all rewards, to the end of the
+    episode.
 
     **Life-cycle** (arrivals are settled before collisions):
 
-    ==========================  =======================================================
-    event                       what happens
-    ==========================  =======================================================
-    arrival, on_goal="remove"   the agent terminates, its body is gone
-    arrival, on_goal="stay"     its body stays parked, can be hit; it terminates with the last
-    crash, on_crash="remove"    all who overlap terminate, their bodies are gone
-    crash, on_crash="continue"  they pay and go on, for every step that ends in overlap
-    nobody left in traffic      everybody still there terminates
-    ``max_cycles`` steps        everybody still there is truncated
-    sharing="social"            nobody terminates before the last: they wait for the sum
-    ==========================  =======================================================
+    ==========================  ==============================================================
+    event                       consequence
+    ==========================  ==============================================================
+    arrival, on_goal="remove"   the agent terminates, its body is removed
+    arrival, on_goal="stay"     its body stays parked and can be hit; it terminates with the last
+    crash, on_crash="remove"    all agents that overlap terminate, their bodies are removed
+    crash, on_crash="continue"  they pay and go on; every step that ends in an overlap is a crash
+    no agent left in traffic    all remaining agents terminate
+    ``max_cycles`` steps        all remaining agents are truncated
+    sharing="social"            no agent terminates before the last: all wait for the sum
+    ==========================  ==============================================================
 
     **Infos**, per living agent and step: ``arrived``, ``crashed`` (bool), ``crashed_with`` (names
-    of agents, ``obstacle_<k>``), ``in_traffic``, ``time_cost``, ``safety_cost`` (its own terms;
-    the selfish reward is minus their sum).
+    of agents, ``obstacle_<k>``), ``in_traffic``, ``time_cost``, ``safety_cost`` (the agent's own
+    terms; the selfish reward is minus their sum).
 
     Parameters
     ----------
@@ -113,59 +102,54 @@ class PathPlanningEnv(ParallelEnv):
             f"is {render_mode!r}",
             "write " + " or ".join(RENDER_MODES),
         )
-        known = (*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)
+        names = (*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)
         for key in options:
-            require(key in known, key, "is not an option", "use one of " + ", ".join(known))
+            require(key in names, key, "is not an option", "use one of " + ", ".join(names))
         rules = {key: options.pop(key) for key in RULES if key in options}
-        made = game if isinstance(game, Game) else make_game(game)
-        self.game = override_game(made, **options) if options else made
-        self.rules = make_rules(self.game, **rules)
+        base = game if isinstance(game, Game) else make_game(game)
+        self.game = override_game(base, **options) if options else base
         self.render_mode = render_mode
         self.possible_agents = [f"agent_{i}" for i in range(len(self.game.agents))]
         self.agents: list[str] = []
         self._index = {name: i for i, name in enumerate(self.possible_agents)}
-        self.simulator = Simulator(self.game, self.rules, seed=None)
-        low, high, size = self.simulator.low, self.simulator.high, self.simulator.observation_size
-        self._actions = np.zeros((1, *low.shape))
+        self.simulator = Simulator(self.game, make_rules(self.game, **rules), seed=None)
+        self._actions = ActionReader(self.simulator, self.possible_agents)
+        self._infos = InfoReader(self.simulator, self.possible_agents)
+        self.action_spaces = self._actions.spaces
+        size = self.simulator.observation_size
         self.observation_spaces = {
             name: Box(-np.inf, np.inf, (size,), np.float32) for name in self.possible_agents
         }
-        self.action_spaces = {
-            name: Box(
-                low[i, : agent.control_dim].astype(np.float32),
-                high[i, : agent.control_dim].astype(np.float32),
-            )
-            for i, (name, agent) in enumerate(
-                zip(self.possible_agents, self.game.agents, strict=True)
-            )
-        }
-        self.state_space = Box(-np.inf, np.inf, self._state_vector().shape, np.float32)
-        self._partners = self._name_encounters()
+        self.state_space = Box(-np.inf, np.inf, self.state().shape, np.float32)
         self._viewer: Any = None
         self._begun = False
 
     @property
+    def rules(self) -> Rules:
+        """The rules of play."""
+        return self.simulator.rules
+
+    @property
     def max_cycles(self) -> int:
         """Steps after which an episode is truncated."""
-        return self.simulator.tables.max_cycles
+        return self.simulator.max_cycles
 
     @max_cycles.setter
     def max_cycles(self, steps: int) -> None:
-        self.rules = make_rules(self.game, **(vars(self.rules) | {"max_cycles": steps}))
-        self.simulator.tables = self.simulator.tables._replace(max_cycles=steps)
+        self.simulator.max_cycles = steps
 
     def observation_space(self, agent: str) -> Box:
-        """The same space object at every call."""
+        """Return the observation space of ``agent``, the same object at every call."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Box:
-        """The same space object at every call."""
+        """Return the action space of ``agent``, the same object at every call."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
-        """Begin an episode; a ``seed`` fixes all of its noise and that of later episodes."""
+        """Start an episode; a ``seed`` fixes the noise of this and of later episodes."""
         if seed is not None:
             whole = isinstance(seed, (int, np.integer)) and seed >= 0
             require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
@@ -176,15 +160,8 @@ class PathPlanningEnv(ParallelEnv):
             self._viewer.record(self.simulator)
         if self.render_mode == "human":
             self.render()
-        quiet = {"crashed": False, "time_cost": 0.0, "safety_cost": 0.0}
-        arrived = (self.simulator.status[0] != 0).tolist()
-        return (
-            {name: observation[i].copy() for name, i in self._index.items()},
-            {
-                name: quiet | {"crashed_with": [], "arrived": there, "in_traffic": not there}
-                for name, there in zip(self.agents, arrived, strict=True)
-            },
-        )
+        observations = {name: observation[i].copy() for name, i in self._index.items()}
+        return observations, self._infos.at_reset()
 
     def step(
         self, actions: dict[str, Any]
@@ -195,19 +172,20 @@ class PathPlanningEnv(ParallelEnv):
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Move every living agent; ``actions`` names each of them."""
+        """Move every living agent; ``actions`` has one entry for each."""
         require(isinstance(actions, dict), "actions", "are not a dict", "write {agent: action}")
         require(self._begun, "step", "comes before the first reset", "call reset first")
         acting = self.agents
         if not acting:
-            require(not actions, "actions", "are given though nobody is left", "call reset first")
+            require(
+                not actions, "actions", "are given although no agent is left", "call reset first"
+            )
             return {}, {}, {}, {}, {}
-        self._read(actions)
-        out = self.simulator.step(self._actions, restart=False)
+        out = self.simulator.step(self._actions.read(actions, acting), restart=False)
         observation = out.observation[0]
         reward, over_time = out.reward[0].tolist(), out.truncated[0].tolist()
         ended = out.terminated[0].tolist()
-        infos = self._infos(acting)
+        infos = self._infos.after_step(acting)
         index = self._index
         self.agents = [a for a in acting if not (ended[index[a]] or over_time[index[a]])]
         result = (
@@ -224,14 +202,16 @@ class PathPlanningEnv(ParallelEnv):
         return result
 
     def state(self) -> np.ndarray:
-        """Everything that the game's future depends on, as one float32 vector."""
-        return self._state_vector()
+        """Return the global state, from which alone the game goes on, as a float32 vector."""
+        simulator, tables = self.simulator, self.simulator.tables
+        share = simulator.clock[0] / simulator.max_cycles
+        return global_state(
+            simulator.state[0], simulator.status[0], share, tables.centre, tables.scale
+        )
 
     def render(self) -> np.ndarray | None:
-        """An (H, W, 3) uint8 picture for ``rgb_array``; a window for ``human``."""
+        """Return an (H, W, 3) uint8 picture for ``rgb_array``; update the window for ``human``."""
         if self.render_mode is None:
-            import warnings
-
             warnings.warn(
                 "render() does nothing without a render_mode; make the environment with "
                 "render_mode='rgb_array' or 'human'.",
@@ -254,70 +234,3 @@ class PathPlanningEnv(ParallelEnv):
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
-
-    def _read(self, actions: dict[str, Any]) -> None:
-        for name in self.agents:
-            if name not in actions:
-                raise InputError(f"actions[{name!r}]", "is missing", "give one for each of agents")
-            self._read_one(name, actions[name])
-        if len(actions) != len(self.agents):
-            strange = next(name for name in actions if name not in self.agents)
-            known = "has left the game" if strange in self._index else "is no agent"
-            raise InputError(f"actions[{strange!r}]", known, "give actions for env.agents only")
-
-    def _read_one(self, name: str, action: Any) -> None:
-        i = self._index[name]
-        size = self.game.agents[i].control_dim
-        try:
-            values = np.asarray(action, dtype=np.float64)
-        except (TypeError, ValueError):
-            values = np.array(np.nan)
-        if values.shape != (size,) or not np.isfinite(values).all():
-            raise InputError(
-                f"actions[{name!r}]",
-                f"is {action!r}, not {size} finite numbers",
-                f"give an array of shape ({size},)",
-            )
-        self._actions[0, i, :size] = values
-
-    def _infos(self, acting: list[str]) -> dict[str, dict[str, Any]]:
-        out, index = self.simulator.last, self._index
-        arrived, crashed = out.arrived[0].tolist(), out.crashed[0].tolist()
-        time, safety = out.time_cost[0].tolist(), out.safety_cost[0].tolist()
-        traffic = (self.simulator.status[0] == 0).tolist()
-        infos = {}
-        for name in acting:
-            i = index[name]
-            infos[name] = {
-                "arrived": arrived[i],
-                "crashed": crashed[i],
-                "crashed_with": self._hit(i) if crashed[i] else [],
-                "in_traffic": traffic[i],
-                "time_cost": time[i],
-                "safety_cost": safety[i],
-            }
-        return infos
-
-    def _hit(self, agent: int) -> list[str]:
-        overlap = self.simulator.last.overlap[0]
-        return [name for e, name in self._partners[agent] if overlap[e]]
-
-    def _name_encounters(self) -> list[list[tuple[int, str]]]:
-        """For each agent, the encounters it is in and the other side's name."""
-        named: list[list[tuple[int, str]]] = [[] for _ in self.possible_agents]
-        for e, encounter in enumerate(self.game.encounters):
-            if encounter.obstacle is not None:
-                named[encounter.agents[0]].append((e, f"obstacle_{encounter.obstacle}"))
-                continue
-            i, j = encounter.agents
-            named[i].append((e, self.possible_agents[j]))
-            named[j].append((e, self.possible_agents[i]))
-        return named
-
-    def _state_vector(self) -> np.ndarray:
-        simulator, tables = self.simulator, self.simulator.tables
-        away = simulator.state[0].copy()
-        away[:, : self.game.dim] -= tables.centre
-        traffic = simulator.status[0] == 0
-        share = simulator.clock[0] / tables.max_cycles
-        return np.concatenate([away.ravel() / tables.scale, traffic, [share]]).astype(np.float32)

@@ -1,22 +1,24 @@
-"""The batched simulator: many copies of one game stepped at once, restarted as they end.
+"""The batched simulator: it steps many copies of one game at once and restarts those that end.
 
     simulator = Simulator(make_game("head_on"), copies=4096, seed=0)
     observation = simulator.reset()
     step = simulator.step(actions)          # actions (copies, N, m)
 
-All arrays are (copies, agents, ...) and are overwritten by the next step; copy what you keep.
+All arrays are (copies, agents, ...).  The next step overwrites them; copy what you keep.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ppg_env.env.arrays import make_tables
+from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
 from ppg_env.env.rules import Rules
+from ppg_env.env.status import TRAFFIC
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
@@ -24,12 +26,13 @@ from ppg_env.game.input_sets import bounds
 
 @dataclass(frozen=True)
 class Step:
-    """What a step brought, for C copies, N agents, E encounters; views that the next one reuses.
+    """The outcome of a step for C copies, N agents, E encounters; the next step reuses the arrays.
 
     Attributes
     ----------
-    observation : (C, N, W) float32; the first one of the new episode where ``over``.
-    reward : (C, N); zero for agents that had ended before.
+    observation : (C, N, W) float32, see :mod:`ppg_env.env.observation`; the first one of the new
+        episode where ``over``.
+    reward : (C, N); zero for agents whose episode ended earlier.
     terminated, truncated : (C, N) whether the agent's episode ended in this step, and how.
     over : (C,) whether the copy's episode ended and it was restarted.
     final_observation : (C, N, W) the last observation of an episode; valid where ``over``.
@@ -56,13 +59,15 @@ class Step:
 class Simulator:
     """``copies`` of ``game`` under ``rules``; a seed fixes all noise.
 
+    Changing ``max_cycles`` changes ``rules`` as well.
+
     Attributes
     ----------
     state : (C, N, n) states; positions are the first d components.
-    status : (C, N) 0 in traffic, 1 arrived, 2 out after a crash.
+    status : (C, N) codes of :mod:`ppg_env.env.status`.
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
-    lam : (C, N) weights of time that rewards are counted with, the game's unless changed.
+    lam : (C, N) weights of time in the rewards, the game's unless changed.
     low, high : (N, m) the box around all of an agent's control sets, zero where it has no input.
     """
 
@@ -73,9 +78,8 @@ class Simulator:
         self.game, self.rules = game, Rules() if rules is None else rules
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
-        E, m, d = len(game.encounters), self.tables.low.shape[1], game.dim
-        C, self.copies = copies, copies
-        self.observation_size = observation_size(n, d, N)
+        C, m, self.copies = copies, self.tables.low.shape[1], copies
+        self.observation_size = observation_size(n, game.dim, N)
         self.action_size = m
         self.low, self.high = np.zeros((N, m)), np.zeros((N, m))
         for i, agent in enumerate(game.agents):
@@ -89,36 +93,29 @@ class Simulator:
         self._noise = np.zeros((C, N, n))
         self._start_noise = np.zeros((C, N, n))
         self._all = np.ones(C, dtype=np.bool_)
-        flags = [np.zeros((C, N), dtype=np.bool_) for _ in range(5)]
-        costs = [np.zeros((C, N)) for _ in range(3)]
-        views = [np.zeros((C, N, self.observation_size), dtype=np.float32) for _ in range(2)]
-        self.last = Step(
-            observation=views[0],
-            reward=costs[0],
-            terminated=flags[0],
-            truncated=flags[1],
-            over=np.zeros(C, dtype=np.bool_),
-            final_observation=views[1],
-            acting=flags[2],
-            arrived=flags[3],
-            crashed=flags[4],
-            overlap=np.zeros((C, E), dtype=np.bool_),
-            time_cost=costs[1],
-            safety_cost=costs[2],
-        )
+        self.last = _make_step(C, N, len(game.encounters), self.observation_size)
         self.seed(seed)
 
+    @property
+    def max_cycles(self) -> int:
+        """Steps after which an episode is truncated."""
+        return self.tables.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self.rules = replace(self.rules, max_cycles=steps)
+        self.tables = self.tables._replace(max_cycles=self.rules.steps(self.game))
+
     def seed(self, seed: Any) -> None:
-        """Start the noise anew from a number, a ``SeedSequence``, or None for fresh entropy."""
-        known = isinstance(seed, np.random.SeedSequence)
-        self.random = np.random.Generator(
-            np.random.SFC64(seed if known else np.random.SeedSequence(seed))
-        )
+        """Restart the noise from a number, a ``SeedSequence``, or None for fresh entropy."""
+        ready = isinstance(seed, np.random.SeedSequence)
+        sequence = seed if ready else np.random.SeedSequence(seed)
+        self.random = np.random.Generator(np.random.SFC64(sequence))
 
     def reset(
         self, chosen: np.ndarray | None = None, noise: np.ndarray | None = None
     ) -> np.ndarray:
-        """Begin every copy anew, or the ``chosen`` (C,) ones; all observations (C, N, W).
+        """Reset all copies, or the ``chosen`` (C,) ones; return all observations (C, N, W).
 
         ``noise`` (C, N, n) of standard normals replaces the simulator's own, as in :meth:`step`.
         """
@@ -138,10 +135,11 @@ class Simulator:
     def step(
         self, action: np.ndarray, noise: np.ndarray | None = None, *, restart: bool = True
     ) -> Step:
-        """Move every copy by ``action`` (C, N, m); agents that are not alive ignore theirs.
+        """Move every copy by ``action`` (C, N, m).
 
+        Actions of agents that are not alive are ignored.
         ``noise`` (C, N, n) of standard normals replaces the simulator's own, for replays.  With
-        ``restart`` copies whose episode is over begin anew at once.
+        ``restart``, copies whose episode is over are reset in the same step.
         """
         from ppg_env.env import kernel
 
@@ -159,15 +157,31 @@ class Simulator:
         return out
 
     def view(self, agent: int) -> View:
-        """What the player of ``agent`` may see now; arrays that the next step overwrites."""
-        seen = self.last.observation[:, agent]
-        return View(seen, self.state, self.status == 0, self.clock, self.lam)
+        """Return what the player of ``agent`` observes; the next step overwrites the arrays."""
+        observation = self.last.observation[:, agent]
+        return View(observation, self.state, self.status == TRAFFIC, self.clock, self.lam)
 
     def _draw_starts(self) -> None:
         if self.tables.random_start:
             self.random.standard_normal(out=self._start_noise)
 
 
-def observation_size(n: int, d: int, agents: int) -> int:
-    """Number of entries W of one agent's observation; see :func:`ppg_env.env.kernel.observe`."""
-    return n + d + 2 + (agents - 1) * (1 + n)
+def _make_step(C: int, N: int, E: int, W: int) -> Step:
+    """Return the arrays of a step, all zero."""
+    flags = [np.zeros((C, N), dtype=np.bool_) for _ in range(5)]
+    costs = [np.zeros((C, N)) for _ in range(3)]
+    observations = [np.zeros((C, N, W), dtype=np.float32) for _ in range(2)]
+    return Step(
+        observation=observations[0],
+        reward=costs[0],
+        terminated=flags[0],
+        truncated=flags[1],
+        over=np.zeros(C, dtype=np.bool_),
+        final_observation=observations[1],
+        acting=flags[2],
+        arrived=flags[3],
+        crashed=flags[4],
+        overlap=np.zeros((C, E), dtype=np.bool_),
+        time_cost=costs[1],
+        safety_cost=costs[2],
+    )

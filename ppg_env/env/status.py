@@ -1,6 +1,9 @@
-"""Status codes of agents in the simulator."""
+"""Status codes of agents in the simulator, ``Simulator.status`` (copies, agents).
+
+A step moves agents in traffic.  An arrived agent has left, or stays parked (``on_goal``); a
+crashed agent is out of the game.
+"""
 
 from __future__ import annotations
 
 TRAFFIC, ARRIVED, CRASHED = 0, 1, 2
-"""Where an agent stands: on its way, arrived (gone or parked), or out after a crash."""

@@ -101,7 +101,7 @@ class Viewer:
     def record(self, simulator: Simulator) -> None:
         """Take in where everybody is and what the last step brought; time 0 begins anew."""
         self._simulator = simulator
-        self._time, self._last_time = int(simulator.clock[0]), int(simulator.tables.max_cycles)
+        self._time, self._last_time = int(simulator.clock[0]), simulator.max_cycles
         self._parks = simulator.rules.on_goal == "stay"
         happened = self._time > 0  # at time 0 the flags are those of the episode before
         if not happened:

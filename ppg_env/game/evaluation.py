@@ -24,7 +24,7 @@ from ppg_env.game import objective
 from ppg_env.game.dynamics import goal_selector, rollout
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import excess
-from ppg_env.game.margins import in_traffic, membership, profile_margins
+from ppg_env.game.margins import in_traffic, mean_displacements, membership, profile_margins
 from ppg_env.game.plan import Profile, make_profile
 
 
@@ -217,10 +217,9 @@ def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:
         control[i] = max(0.0, excess(agent.control, plan.controls[:end]))
         mean = rollout(agent, plan.controls[:end])[-1]
         goal[i] = float(np.abs(goal_selector(agent) @ mean - agent.goal).max())
-    means = [plan.means[:, : game.dim] for plan in profile]
-    overlap = np.zeros(len(game.encounters))
+    overlap, displacements = np.zeros(len(game.encounters)), mean_displacements(game, profile)
     for e, encounter in enumerate(game.encounters):
-        where = encounter.displacement(*(means[i] for i in encounter.agents))[traffic[e]]
+        where = displacements[e, traffic[e]]
         if len(where):
             overlap[e] = max(0.0, -float(encounter.collision.clearance(where).min()))
     return Residuals(control, goal, overlap)

@@ -1,8 +1,21 @@
-"""Margins of encounters, and who is in an encounter until when."""
+"""Encounters: who is in them, until when, and how wide their margins are.
+
+The margin of a displacement is the best face's clearance, measured in units of its noise:
+
+    s = max_p (a_p' (r_i - r_j) - b_p) / unit_p
+
+A face without noise counts fully or not at all: plus infinity when it is clear (touching
+included), minus infinity when it is not.  :mod:`ppg_env.game.compiled_margins` states the same
+rule for compiled loops.
+
+Sizes: N agents, E encounters, F faces of an encounter, d position components, times 0..H.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +25,71 @@ from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
 
 
+class CollisionFaces(NamedTuple):
+    """Faces of all collision sets, one encounter after the other.
+
+    Attributes
+    ----------
+    normals, offsets : (faces, d) unit normals and (faces,) offsets.
+    depths : (faces,) offsets less the tolerance within which bodies only touch.
+    first : (E + 1,) first face of each encounter, and the number of faces.
+    """
+
+    normals: np.ndarray
+    offsets: np.ndarray
+    depths: np.ndarray
+    first: np.ndarray
+
+
+def collision_faces(game: Game) -> CollisionFaces:
+    """Return the faces of all collision sets in the order of ``game.encounters``."""
+    sets = [encounter.collision for encounter in game.encounters]
+    offsets = np.concatenate([np.zeros(0), *(collision.offsets for collision in sets)])
+    return CollisionFaces(
+        normals=np.concatenate([np.zeros((0, game.dim)), *(c.normals for c in sets)]),
+        offsets=offsets,
+        depths=offsets - tol.LENGTH,
+        first=np.cumsum([0, *(len(collision.offsets) for collision in sets)], dtype=np.int64),
+    )
+
+
+def encounter_pairs(game: Game) -> np.ndarray:
+    """Return (E, 2) agents i and j of each encounter; j = -1 for an obstacle."""
+    pairs = [(*encounter.agents, -1)[:2] for encounter in game.encounters]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def membership(game: Game) -> np.ndarray:
+    """Return (N, E) whether an agent takes part in an encounter."""
+    shape = len(game.agents), len(game.encounters)
+    rows = [[i in encounter.agents for encounter in game.encounters] for i in range(shape[0])]
+    return np.array(rows, dtype=bool).reshape(shape)
+
+
+def end_of_traffic(
+    game: Game, encounter: Encounter, arrival: Sequence[int | None] | Mapping[int, int | None]
+) -> int:
+    """Return the first time at which an encounter is out of traffic.
+
+    It is the earliest ``arrival`` of its agents, H + 1 if none of them arrives (None).
+    """
+    times = [arrival[i] for i in encounter.agents]
+    return min((t for t in times if t is not None), default=game.horizon + 1)
+
+
+def ends_of_traffic(game: Game, arrival: Sequence[int | None]) -> np.ndarray:
+    """Return (E,) the :func:`end_of_traffic` of every encounter."""
+    ends = [end_of_traffic(game, encounter, arrival) for encounter in game.encounters]
+    return np.array(ends, dtype=np.int64)
+
+
+def in_traffic(game: Game, arrival: Sequence[int | None]) -> np.ndarray:
+    """Return (E, H+1) whether each encounter is in traffic: t < T_i for all of its agents."""
+    return np.arange(game.horizon + 1) < ends_of_traffic(game, arrival)[:, None]
+
+
 def encounter_covariances(game: Game, encounter: Encounter) -> np.ndarray:
-    """(H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j."""
+    """Return (H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j."""
     positions = np.s_[:, : game.dim, : game.dim]
     total = np.zeros((game.horizon + 1, game.dim, game.dim))
     for i in encounter.agents:
@@ -22,16 +98,17 @@ def encounter_covariances(game: Game, encounter: Encounter) -> np.ndarray:
 
 
 def encounter_deviations(game: Game, encounter: Encounter) -> np.ndarray:
-    """(H+1, F) sigma_p(t), the deviation of the displacement along each face of K."""
+    """Return (H+1, F) sigma_p(t), the deviation of the displacement along each face of K."""
     normals, total = encounter.collision.normals, encounter_covariances(game, encounter)
     return np.sqrt(np.maximum(np.einsum("fi,tij,fj->tf", normals, total, normals), 0.0))
 
 
 @lru_cache(maxsize=8192)
 def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
-    """(H+1, F) length of one unit of margin: sqrt(2) sigma_p(t), or sigma_p(t) on paper scale.
+    """Return (H+1, F) lengths of one unit of margin; zero where there is no noise.
 
-    Read-only: no plan changes it.
+    A unit is sqrt(2) sigma_p(t), or sigma_p(t) on paper scale.  The array is read-only, since it
+    is shared by all plans.
     """
     unit = encounter_deviations(game, encounter) * (np.sqrt(2) if game.scale == "exact" else 1.0)
     unit = np.where(unit > tol.DEVIATION, unit, 0.0)
@@ -39,12 +116,18 @@ def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
     return unit
 
 
+def mean_displacements(game: Game, profile: Profile) -> np.ndarray:
+    """Return (E, H+1, d) displacements of the plans' means in every encounter."""
+    means = [plan.means[:, : game.dim] for plan in profile]
+    rows = [e.displacement(*(means[i] for i in e.agents)) for e in game.encounters]
+    return np.array(rows).reshape(len(rows), game.horizon + 1, game.dim)
+
+
 def profile_margins(game: Game, profile: Profile) -> np.ndarray:
-    """(E, H+1) margins min(M', s) along the means, whether in traffic or not."""
-    means = np.array([plan.means[:, : game.dim] for plan in profile])
-    result = np.empty((len(game.encounters), game.horizon + 1))
-    for row, encounter in zip(result, game.encounters, strict=True):
-        where = encounter.displacement(*(means[i] for i in encounter.agents))
+    """Return (E, H+1) margins min(M', s) along the means, whether in traffic or not."""
+    displacements = mean_displacements(game, profile)
+    result = np.empty(displacements.shape[:2])
+    for row, where, encounter in zip(result, displacements, game.encounters, strict=True):
         row[:] = margins(
             where @ encounter.collision.normals.T - encounter.collision.offsets,
             encounter_units(game, encounter),
@@ -53,27 +136,16 @@ def profile_margins(game: Game, profile: Profile) -> np.ndarray:
     return result
 
 
-def margins(clearances: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
-    """(...,) min(cap, best face) of ``clearances`` (..., F) measured in ``units`` (..., F).
+def face_margins(clearances: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return (...,) ``clearances`` measured in ``units``, face by face.
 
-    A face without noise is worth the cap when it is clear, and minus infinity when it is not.
+    A face whose unit is no more than ``tolerances.DEVIATION`` has no noise: its margin is plus
+    infinity when it is clear and minus infinity when it is not.
     """
     certain = np.where(clearances >= -tol.LENGTH, np.inf, -np.inf)
-    scaled = np.divide(clearances, units, out=certain, where=units > 0)
-    return np.minimum(scaled.max(axis=-1), cap)
+    return np.divide(clearances, units, out=certain, where=units > tol.DEVIATION)
 
 
-def in_traffic(game: Game, arrival: tuple[int | None, ...]) -> np.ndarray:
-    """Return (E, H+1) whether each encounter is in traffic: t < T_i for all of its agents."""
-    times = np.arange(game.horizon + 1)
-    last = np.array([game.horizon + 1 if t is None else t for t in arrival])
-    until = np.array([min(last[i] for i in e.agents) for e in game.encounters])
-    return times[None, :] < until.reshape(-1, 1)
-
-
-def membership(game: Game) -> np.ndarray:
-    """Return (N, E) ones where an agent takes part in an encounter, zeros elsewhere."""
-    agents = range(len(game.agents))
-    return np.array([[float(i in e.agents) for e in game.encounters] for i in agents]).reshape(
-        len(game.agents), len(game.encounters)
-    )
+def margins(clearances: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:
+    """Return (...,) min(cap, best face) of ``clearances`` (..., F) measured in ``units``."""
+    return np.minimum(face_margins(clearances, units).max(axis=-1), cap)

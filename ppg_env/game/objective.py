@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env.game.game import Game
+from ppg_env.game.margins import membership
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,8 @@ def _lams(game: Game) -> np.ndarray:
 
 def selfish(game: Game, agent: int) -> Weights:
     """Agent's own cost J_i."""
-    own = np.array([agent in e.agents for e in game.encounters], dtype=bool)
     mine = np.arange(len(game.agents)) == agent
-    return Weights(_lams(game) * mine, (1 - game.agents[agent].lam) * own)
+    return Weights(_lams(game) * mine, (1 - game.agents[agent].lam) * membership(game)[agent])
 
 
 def social(game: Game) -> Weights:

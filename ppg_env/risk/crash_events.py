@@ -6,8 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppg_env import tolerances as tol
 from ppg_env.game.game import Game
+from ppg_env.game.margins import (
+    collision_faces,
+    ends_of_traffic,
+    mean_displacements,
+    membership,
+)
 from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
 from ppg_env.risk.error_process import ErrorProcesses
@@ -75,9 +80,7 @@ class CrashModel:
             errors, episodes, self.processes.parties, self.until, self.normals, self.depths,
             self.first_face, self.nominal, self.swept, times, first_times, first_any, met,
         )  # fmt: skip
-        crashed = np.zeros((len(self.game.agents), B), dtype=np.bool_)
-        for encounter, overlapped in zip(self.game.encounters, met, strict=True):
-            crashed[list(encounter.agents)] |= overlapped
+        crashed = np.array([met[own].any(axis=0) for own in membership(self.game)])
         return OverlapRecord(times, first_times, first_any, met, crashed)
 
 
@@ -85,18 +88,14 @@ def make_crash_model(
     game: Game, profile: Profile, processes: ErrorProcesses, *, swept: bool = False
 ) -> CrashModel:
     """Lay ``profile`` over the deviations of ``processes``."""
-    last = [game.horizon + 1 if plan.arrival is None else plan.arrival for plan in profile]
-    means, d = [plan.means[:, : game.dim] for plan in profile], game.dim
-    met = game.encounters
+    faces = collision_faces(game)
     return CrashModel(
         game=game,
         processes=processes,
-        until=np.array([min(last[i] for i in e.agents) for e in met], dtype=np.int64),
-        nominal=np.array([e.displacement(*(means[i] for i in e.agents)) for e in met]).reshape(
-            len(met), game.horizon + 1, d
-        ),
-        normals=np.concatenate([np.zeros((0, d)), *(e.collision.normals for e in met)]),
-        depths=np.concatenate([np.zeros(0), *(e.collision.offsets for e in met)]) - tol.LENGTH,
-        first_face=np.cumsum([0, *(len(e.collision.offsets) for e in met)]),
+        until=ends_of_traffic(game, [plan.arrival for plan in profile]),
+        nominal=mean_displacements(game, profile),
+        normals=faces.normals,
+        depths=faces.depths,
+        first_face=faces.first,
         swept=swept,
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from ppg_env.game.dynamics import square_root
 from ppg_env.game.game import Game
+from ppg_env.game.margins import encounter_pairs
 from ppg_env.risk import kernel
 from ppg_env.risk.batches import BLOCK, Scratch
 
@@ -78,10 +79,7 @@ def error_processes(game: Game, *, merge: bool = True) -> ErrorProcesses:
     if merge and mergeable(game):
         parties, total = np.array([[0, -1]]), (noise.sum(axis=0), sigma0.sum(axis=0))
         return ErrorProcesses(loops[:1], total[0][None], total[1][None], parties, game.dim)
-    pairs = [(*e.agents, -1)[:2] for e in game.encounters]
-    return ErrorProcesses(
-        loops, noise, sigma0, np.array(pairs, dtype=np.int64).reshape(-1, 2), game.dim
-    )
+    return ErrorProcesses(loops, noise, sigma0, encounter_pairs(game), game.dim)
 
 
 def mergeable(game: Game) -> bool:

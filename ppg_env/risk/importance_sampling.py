@@ -29,6 +29,7 @@ from operator import add
 import numpy as np
 
 from ppg_env.game.game import Game
+from ppg_env.game.margins import membership
 from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
 from ppg_env.risk.batches import BLOCK, check_request, generator, over_blocks
@@ -80,7 +81,8 @@ def rare_risk(
     """
     check_request(samples, seed)
     model = make_crash_model(game, profile, error_processes(game), swept=swept)
-    halves, members = cover(model), _membership(game)
+    halves, everything = cover(model), np.ones((1, len(game.encounters)), dtype=bool)
+    members = np.vstack([membership(game), np.eye(everything.size, dtype=bool), everything])
     within = members[:, halves.encounter]  # (targets, C)
     weights = _weights(halves, within[: len(game.agents)])
     ceilings = np.where(within, halves.tails / weights, 0.0).max(axis=1, initial=0.0)
@@ -107,19 +109,6 @@ def rare_risk(
     N, K = len(game.agents), len(members)
     between = RareRisk(found[K : K + N], found[K + N : -1], found[-1], samples) if swept else None
     return RareRisk(found[:N], found[N : K - 1], found[K - 1], samples, between)
-
-
-def _membership(game: Game) -> np.ndarray:
-    """(N + E + 1, E) which encounters make each agent, each encounter, and anybody crash."""
-    meetings = game.encounters
-    agents = [[i in e.agents for e in meetings] for i in range(len(game.agents))]
-    return np.vstack(
-        [
-            np.array(agents, dtype=bool).reshape(len(agents), len(meetings)),
-            np.eye(len(meetings), dtype=bool),
-            np.ones((1, len(meetings)), dtype=bool),
-        ]
-    )
 
 
 def _weights(halves: HalfSpaces, within: np.ndarray) -> np.ndarray:

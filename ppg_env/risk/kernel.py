@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
+from ppg_env.game.compiled_margins import best_face, within
 
 
 @njit(cache=True, nogil=True)
@@ -106,7 +107,7 @@ def _contain(beyond, inside):
     inside[:] = True
     for f in range(len(beyond)):
         for b in range(inside.size):
-            inside[b] &= beyond[f, b] <= 0.0
+            inside[b] &= within(beyond[f, b], 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -168,7 +169,7 @@ def densities(errors, parties, times, normals, offsets, rates, out):
 
 
 @njit(cache=True, nogil=True)
-def approach(state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
+def approach(axes, state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
     """Lower ``closest`` (C,) to the smallest margin of the bodies that might collide now.
 
     As the environment sees them after a step (:mod:`ppg_env.env.kernel`): pairs with one in traffic
@@ -182,13 +183,6 @@ def approach(state, status, clock, stay, pair, normals, offsets, first_face, uni
             parked = stay and j >= 0 and first + second == ARRIVED  # one of them, the other moves
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
-            best = -np.inf
-            for f in range(first_face[e], first_face[e + 1]):
-                gap = -offsets[f]
-                for k in range(normals.shape[1]):
-                    gap += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
-                if units[row, f] > 0.0:
-                    best = max(best, gap / units[row, f])
-                elif gap > 0.0:  # no noise across this face
-                    best = np.inf
+            best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],
+                             first_face[e + 1], units, row)  # fmt: skip
             closest[c] = min(closest[c], best)

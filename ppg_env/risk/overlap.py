@@ -19,6 +19,7 @@ from scipy.special import log_ndtr
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import require
+from ppg_env.game.margins import face_margins
 from ppg_env.game.polytope import Polytope
 from ppg_env.risk.polytope_probability import log_interval, log_polygon, log_polyhedron
 
@@ -73,10 +74,7 @@ def log_best_face(collision: Polytope, means: np.ndarray, covariances: np.ndarra
     normals = collision.normals
     clearance = means @ normals.T - collision.offsets
     square = np.einsum("fi,tij,fj->tf", normals, covariances, normals)
-    spread = np.sqrt(square.clip(0.0))
-    certain = np.where(clearance >= -tol.LENGTH, np.inf, -np.inf)
-    scaled = np.divide(clearance, spread, out=certain, where=spread > tol.DEVIATION)
-    return log_ndtr(-scaled).min(axis=1)
+    return log_ndtr(-face_margins(clearance, np.sqrt(square.clip(0.0)))).min(axis=1)
 
 
 def is_box(normals: np.ndarray) -> bool:

@@ -91,7 +91,7 @@ class Swarm:
         self._batch = (R, P // CHAIN)
         self.simulator = Simulator(game, rules, R * (P // CHAIN))
         _, N, n = self.simulator.state.shape
-        self._steps = self.simulator.rules.steps(game)
+        self._steps = self.simulator.max_cycles
         self.noise = np.empty((R, P, self._steps + 1, N, n))
         self.score = np.empty(shape)
         self.events = np.empty((*shape, N + len(game.encounters) + 1), dtype=np.bool_)
@@ -139,8 +139,9 @@ class Swarm:
             events[:, :N] |= step.crashed & live
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
-                simulator.state, simulator.status, simulator.clock, tables.stay, tables.pair,
-                tables.normals, tables.offsets, tables.first_face, tables.units, closest,
+                tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
+                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units,
+                closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)
         closest[events[:, -1]] = -np.inf

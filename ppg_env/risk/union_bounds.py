@@ -24,7 +24,7 @@ from scipy.special import log_ndtr, logsumexp
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Encounter, Game
-from ppg_env.game.margins import encounter_covariances
+from ppg_env.game.margins import encounter_covariances, mean_displacements, membership
 from ppg_env.game.plan import Profile
 from ppg_env.risk.joint_bounds import log_joint_bound
 from ppg_env.risk.overlap import FLAT, log_best_face, log_overlap
@@ -93,8 +93,7 @@ def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
         that are not along the axes.
     """
     traffic = evaluate(game, profile).traffic
-    means = [plan.means[:, : game.dim] for plan in profile]
-    places = [e.displacement(*(means[i] for i in e.agents)) for e in game.encounters]
+    places = mean_displacements(game, profile)
     spreads = [encounter_covariances(game, e) for e in game.encounters]
     faces, instants = np.full((2, *traffic.shape), -np.inf)
     for e, encounter in enumerate(game.encounters):
@@ -104,20 +103,17 @@ def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
     capped = np.maximum(faces, log_ndtr(-np.sqrt(2) * game.margin_cap))
     edges = _edges(game, places, spreads, instants)
     events = _Events(np.where(traffic, capped, -np.inf), faces, instants, *edges)
-    members = [set(encounter.agents) for encounter in game.encounters]
+    E = len(game.encounters)
     return RiskBounds(
         instants,
-        tuple(
-            _bounds(events, np.array([i in agents for agents in members], dtype=bool))
-            for i in range(len(game.agents))
-        ),
-        tuple(_bounds(events, row) for row in np.eye(len(members), dtype=bool)),
-        _bounds(events, np.ones(len(members), dtype=bool)),
+        tuple(_bounds(events, own) for own in membership(game)),
+        tuple(_bounds(events, own) for own in np.eye(E, dtype=bool)),
+        _bounds(events, np.ones(E, dtype=bool)),
     )
 
 
 def _edges(
-    game: Game, places: list[np.ndarray], spreads: list[np.ndarray], instants: np.ndarray
+    game: Game, places: np.ndarray, spreads: list[np.ndarray], instants: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First and second event, flattened, and log of a lower bound on their joint probability."""
     count, times = instants.shape

@@ -17,6 +17,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
+from ppg_env.game.margins import face_margins
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import INF, Disjunction, FixedProgram, tangent
 from solvers.reference.cvxpy_backend import FEASIBILITY
@@ -189,9 +190,7 @@ class Faces:
     def margins(self, point: np.ndarray) -> np.ndarray:
         """The margin that each face gives the means of ``point``."""
         clear = (self._values * point[self._columns]).sum(axis=1) + self._constants
-        # A face without noise counts fully or not at all.
-        certain = np.where(clear >= -tol.LENGTH, np.inf, -np.inf)
-        return np.divide(clear, self._units, out=certain, where=self._units > 0)
+        return face_margins(clear, self._units)
 
 
 OPTIONS: dict[str, Any] = {

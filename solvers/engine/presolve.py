@@ -15,7 +15,7 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.game import Encounter, Game
-from ppg_env.game.margins import encounter_units, margins
+from ppg_env.game.margins import encounter_units, end_of_traffic, margins
 from ppg_env.game.objective import Weights
 from ppg_env.game.plan import Plan
 from solvers.engine.reachability_bounds import Reach, reach_of
@@ -72,10 +72,8 @@ def presolve_encounter(
     None if the reachable sets already exclude that the bodies keep apart.
     """
     encounter = game.encounters[index]
-    until = game.horizon + 1
-    for i in encounter.agents:
-        last = arrivals[i] if i in arrivals else given[i].arrival
-        until = until if last is None else min(until, last)
+    planned = {i: arrivals[i] if i in arrivals else given[i].arrival for i in encounter.agents}
+    until = end_of_traffic(game, encounter, planned)
     low = high = np.zeros((until, len(encounter.collision.offsets)))
     for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
         if i in arrivals:
@@ -113,8 +111,8 @@ def matters(game: Game, index: int, mover: int, other: Plan, latest: int) -> boo
     If not, the margin of their encounter is at its cap whatever the mover does.
     """
     encounter = game.encounters[index]
-    there = game.horizon if other.arrival is None else other.arrival
-    until = min(latest, there)
+    planned = dict.fromkeys(encounter.agents, other.arrival) | {mover: latest}
+    until = end_of_traffic(game, encounter, planned)
     if until <= 0:
         return False
     below, above = _anywhere(game, index, mover, latest)

@@ -9,7 +9,7 @@ import pytest
 
 from baselines import Policy
 from ppg_env import Game
-from ppg_env.env.simulator import observation_size
+from ppg_env.env.observation import observation_size
 
 ROLLOUT = 1024
 """Environment steps of a shortened rollout of PPO in a game of two agents."""

@@ -177,8 +177,8 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
     for _ in range(3):
         simulator.step(random.uniform(-16, 16, (8, len(game.agents), 2)), restart=False)
         kernel.approach(
-            simulator.state, simulator.status, simulator.clock, tables.stay, tables.pair,
-            tables.normals, tables.offsets, tables.first_face, tables.units, closest,
+            tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
+            tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units, closest,
         )  # fmt: skip
         for c in range(8):
             row = min(simulator.clock[c], game.horizon)

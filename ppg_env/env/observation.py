@@ -1,0 +1,103 @@
+"""The layout of observations and of the global state, both float32.
+
+Agent i's observation has n + d + 2 + (N - 1)(1 + n) entries, for N agents with n state and d
+position components.  Lengths are divided by ``scale``:
+
+======================  =====  =====================================================
+entry                   size   meaning
+======================  =====  =====================================================
+state - goal            n      state relative to the goal
+position - centre       d      position in the field
+in traffic              1      1 until arrival or crash
+time                    1      elapsed share of ``max_cycles``
+other: present          1      1 if its body can be hit; else this and the rest are 0
+other: relative state   n      position relative to agent i; other components as they are
+======================  =====  =====================================================
+
+The last two entries repeat for each other agent, in the order of the game.
+
+The global state has N n + N + 1 entries: every agent's position relative to the centre and other
+state components, divided by ``scale``; which agents are in traffic; the elapsed share of time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ppg_env.env.status import ARRIVED, TRAFFIC
+from ppg_env.game.game import Game
+
+
+def observation_size(n: int, d: int, agents: int) -> int:
+    """Return the number of entries of one agent's observation."""
+    return n + d + 2 + (agents - 1) * (1 + n)
+
+
+def observation_frame(game: Game) -> tuple[np.ndarray, float]:
+    """Return the centre (d,) of starts and goals, and half their largest extent (at least 1)."""
+    d = game.dim
+    places = np.array([[*agent.start[:d], *agent.goal[:d]] for agent in game.agents]).reshape(-1, d)
+    spread = np.ptp(places, axis=0)
+    return (places.max(axis=0) + places.min(axis=0)) / 2, max(float(spread.max()) / 2, 1.0)
+
+
+def write_observations(
+    state_axes: tuple[int, ...],
+    axes: tuple[int, ...],
+    marks: np.ndarray,
+    marked: bool,
+    state: np.ndarray,
+    status: np.ndarray,
+    clock: np.ndarray,
+    goal: np.ndarray,
+    goal_size: np.ndarray,
+    centre: np.ndarray,
+    scale: float,
+    max_cycles: int,
+    stay: bool,
+    out: np.ndarray,
+) -> None:
+    """Write the observations of the copies whose mark is ``marked`` to ``out`` (C, N, entries).
+
+    The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.
+    """
+    C, N = status.shape
+    n, d = len(state_axes), len(axes)
+    inverse, share = 1.0 / scale, 1.0 / max_cycles
+    for c in range(C):
+        if marks[c] != marked:
+            continue
+        for i in range(N):
+            w = 0
+            for k in range(n):
+                target = goal[i, k] if k < goal_size[i] else 0.0
+                out[c, i, w] = (state[c, i, k] - target) * inverse
+                w += 1
+            for k in range(d):
+                out[c, i, w] = (state[c, i, k] - centre[k]) * inverse
+                w += 1
+            out[c, i, w] = 1.0 if status[c, i] == TRAFFIC else 0.0
+            out[c, i, w + 1] = clock[c] * share
+            w += 2
+            for j in range(N):
+                if j == i:
+                    continue
+                present = status[c, j] == TRAFFIC or (stay and status[c, j] == ARRIVED)
+                out[c, i, w] = 1.0 if present else 0.0
+                w += 1
+                for k in range(n):
+                    value = 0.0
+                    if present:
+                        value = state[c, j, k] - (state[c, i, k] if k < d else 0.0)
+                    out[c, i, w] = value * inverse
+                    w += 1
+
+
+def global_state(
+    state: np.ndarray, status: np.ndarray, share: float, centre: np.ndarray, scale: float
+) -> np.ndarray:
+    """Return the global state of one copy: ``state`` (N, n), ``status`` (N,), elapsed ``share``."""
+    relative = state.copy()
+    relative[:, : centre.size] -= centre
+    parts = [relative.ravel() / scale, status == TRAFFIC, [share]]
+    return np.concatenate(parts).astype(np.float32)

@@ -1,0 +1,84 @@
+"""The rules of :mod:`ppg_env.game.margins` for one displacement, as scalars for compiled loops.
+
+Both kernels (:mod:`ppg_env.env.kernel`, :mod:`ppg_env.risk.kernel`) call these functions, which
+are inlined.  Numba's cache on disk does not see that an inlined function has changed: after an
+edit here, delete the folders ``__pycache__`` of ``env`` and ``risk``.
+
+The displacement is that of agents i and j, or of agent i and an obstacle (j = -1), in copy c of
+``state`` (C, N, n).  ``axes`` holds d zeros: the length of a tuple is part of its type, so the
+compiler unrolls loops over components.  The encounter's faces are those from ``first`` up to
+``last``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ppg_env.tolerances import DEVIATION, LENGTH
+
+
+@njit(inline="always")
+def within(reach: float, depth: float) -> bool:
+    """Return whether a point that reaches so far along a face's normal is on its inner side.
+
+    A ``depth`` is an offset less the tolerance within which bodies only touch.  Positions that
+    overflowed to nan are on the inner side of every face.
+    """
+    return not reach > depth
+
+
+@njit(inline="always")
+def face_margin(clearance: float, unit: float) -> float:
+    """Return the margin of one face; see :func:`ppg_env.game.margins.face_margins`."""
+    if unit > DEVIATION:
+        return clearance / unit
+    return np.inf if clearance >= -LENGTH else -np.inf
+
+
+@njit(inline="always")
+def best_face(
+    axes: tuple[int, ...],
+    state: np.ndarray,
+    c: int,
+    i: int,
+    j: int,
+    normals: np.ndarray,
+    offsets: np.ndarray,
+    first: int,
+    last: int,
+    units: np.ndarray,
+    row: int,
+) -> float:
+    """Return the margin of a displacement, without cap, in ``units`` (times, faces) at ``row``."""
+    best = -np.inf
+    for f in range(first, last):
+        clear = -offsets[f]
+        for k in range(len(axes)):
+            clear += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
+        best = max(best, face_margin(clear, units[row, f]))
+    return best
+
+
+@njit(inline="always")
+def inside(
+    axes: tuple[int, ...],
+    state: np.ndarray,
+    c: int,
+    i: int,
+    j: int,
+    normals: np.ndarray,
+    depths: np.ndarray,
+    first: int,
+    last: int,
+) -> bool:
+    """Return whether a displacement lies in the collision set by more than a touch."""
+    contained = True
+    for f in range(first, last):
+        reach = 0.0
+        for k in range(len(axes)):
+            reach += normals[f, k] * (state[c, i, k] - (state[c, j, k] if j >= 0 else 0.0))
+        if not within(reach, depths[f]):
+            contained = False
+            break
+    return contained
