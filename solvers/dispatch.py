@@ -10,10 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.search_result import SearchResult
@@ -25,9 +22,8 @@ ENGINE = "ENGINE"
 
 
 def minimise(
-    game: Game,
+    objective: Objective,
     movers: Sequence[int],
-    weights: Weights,
     given: Profile | None,
     solver: str,
     budget: Budget,
@@ -40,19 +36,18 @@ def minimise(
     if solver == ENGINE:
         from solvers.engine.arrival_search import engine_search
 
-        return engine_search(game, movers, weights, given, budget, tell)
+        return engine_search(objective, movers, given, budget, tell)
     from solvers.reference.solve import search
 
-    known = weights.time.tobytes(), weights.encounter.tobytes()
-    return search(_compiled(game, tuple(movers), *known), given, solver, budget)
+    return search(_compiled(objective, tuple(movers)), given, solver, budget)
 
 
 @lru_cache(maxsize=128)
-def _compiled(game: Game, movers: tuple[int, ...], time: bytes, encounter: bytes) -> Program:
+def _compiled(objective: Objective, movers: tuple[int, ...]) -> Program:
     """Compiled once; only parameters change from one profile to the next."""
     from solvers.reference.formulation import Program
 
-    return Program(game, movers, Weights(np.frombuffer(time), np.frombuffer(encounter)))
+    return Program(objective, movers)
 
 
 def check_solver(name: str) -> str:

@@ -39,7 +39,7 @@ import numpy as np
 
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 
 RULES = "selfish, pigou, partial:0.5, right-of-way or right-of-way:1-0"
 """How rules are written."""
@@ -51,40 +51,48 @@ SHARES = {"selfish": 0.0, "pigou": 1.0}
 
 @dataclass(frozen=True, eq=False)
 class Liability:
-    """A rule in one game.
+    """A liability rule applied to one game: the costs of its agents, and their potential.
 
     Attributes
     ----------
-    game : whose losses are shared out.
-    own, other : (N, N) share that agent i pays, in its encounter with j, of the harm to i and of
-        the harm to j.
-    priority : all agents, who has the right of way first; None if nobody has.
+    game : the game whose losses the rule distributes.
+    charge : the rule as written, such as ``partial:0.5``.
+    own, other : (N, N) shares that agent i pays, in its encounter with j, of the harm to i and of
+        the harm to j; the diagonals have no effect.
+    priority : all agents, the one with the right of way first; None for the other rules.
     """
 
     game: Game
+    charge: str
     own: np.ndarray
     other: np.ndarray
     priority: tuple[int, ...] | None = None
 
-    def weights(self, agent: int) -> Weights:
-        """What ``agent`` minimises."""
+    @cached_property
+    def costs(self) -> tuple[Objective, ...]:
+        """What each agent pays, P_i."""
+        return tuple(self._cost(i) for i in range(len(self.game.agents)))
+
+    def _cost(self, agent: int) -> Objective:
         time = np.where(np.arange(len(self.game.agents)) == agent, self._lams, 0.0)
-        mine = np.zeros(len(self.game.encounters))
+        weights = np.zeros(len(self.game.encounters))
         for e, encounter in enumerate(self.game.encounters):
             if agent in encounter.agents:
                 others = [j for j in encounter.agents if j != agent]
-                mine[e] = self._pair[agent, others[0]] if others else 1 - self._lams[agent]
-        return Weights(time, mine)
+                weights[e] = self._pair[agent, others[0]] if others else 1 - self._lams[agent]
+        return Objective(self.game, time, weights)
 
     @cached_property
-    def potential(self) -> Weights | None:
-        """Phi, which falls with everybody's gains; None if there is no such sum."""
+    def potential(self) -> Objective | None:
+        """Phi, which falls whenever an agent gains; None if the rule has no potential."""
         scale = self._scale
         if scale is None:
             return None
         ends = [(e.agents[0], e.agents[-1]) for e in self.game.encounters]
         pairs = [self._pair[i, j] if i != j else 1 - self._lams[i] for i, j in ends]
-        return Weights(self._lams / scale, np.array(pairs) / scale[[i for i, _ in ends]])
+        return Objective(
+            self.game, self._lams / scale, np.array(pairs) / scale[[i for i, _ in ends]]
+        )
 
     @property
     def _lams(self) -> np.ndarray:
@@ -98,8 +106,8 @@ class Liability:
 
     @property
     def _scale(self) -> np.ndarray | None:
-        """(N,) the divisors d, 1 for the first agent unless all are 1 - lam."""
-        w = self._pair + np.eye(len(self._lams))  # nobody meets itself
+        """(N,) divisors d: 1 - lam if no agent pays for others, else relative to the first."""
+        w = self._pair + np.eye(len(self._lams))  # no agent meets itself
         if (w <= 0).any():
             return None
         scale = w[:, 0] / w[0] if self.other.any() else 1 - self._lams
@@ -116,14 +124,14 @@ def make_rule(game: Game, charge: str) -> Liability:
     """
     name, _, detail = charge.partition(":")
     if name == RIGHT_OF_WAY:
-        return _right_of_way(game, detail)
+        return _right_of_way(game, charge)
     if name == PARTIAL:
         share = _share(detail)
     else:
         require(charge in SHARES, "charge", f"is {charge!r}", f"write {RULES}")
         share = SHARES[charge]
-    pairs = 1 - np.eye(len(game.agents))
-    return Liability(game, pairs, share * pairs)
+    everywhere = np.ones((len(game.agents), len(game.agents)))
+    return Liability(game, charge, everywhere, share * everywhere)
 
 
 def _share(text: str) -> float:
@@ -140,8 +148,8 @@ def _share(text: str) -> float:
     return share
 
 
-def _right_of_way(game: Game, text: str) -> Liability:
-    size = len(game.agents)
+def _right_of_way(game: Game, charge: str) -> Liability:
+    size, (_, _, text) = len(game.agents), charge.partition(":")
     try:
         priority = tuple(int(part) for part in text.split("-")) if text else tuple(range(size))
     except ValueError:
@@ -154,4 +162,4 @@ def _right_of_way(game: Game, text: str) -> Liability:
         )
     rank = np.argsort(priority)
     yields = (rank[:, None] > rank[None, :]).astype(float)
-    return Liability(game, yields, yields, priority)
+    return Liability(game, charge, yields, yields, priority)

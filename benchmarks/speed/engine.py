@@ -53,8 +53,7 @@ def _best_responses(quick: bool) -> Iterator[Measurement]:
         for solver, times in spent.items():
             for _ in range(2):  # the first one compiles
                 begun = perf_counter()
-                weights = objective.selfish(game, 0)
-                minimise(game, (0,), weights, straight, solver, Budget(None))
+                minimise(objective.selfish(game, 0), (0,), straight, solver, Budget(None))
             times.append(perf_counter() - begun)
     ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
     milliseconds = 1e3 * median(spent[ENGINE])
@@ -78,9 +77,9 @@ def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Meas
 
 
 def _social(game: Game, solver: str) -> tuple[SearchResult, float]:
-    everybody, weights = range(len(game.agents)), objective.social(game)
+    everybody, social = range(len(game.agents)), objective.social(game)
     begun = perf_counter()
-    found = minimise(game, everybody, weights, None, solver, Budget(PATIENCE))
+    found = minimise(social, everybody, None, solver, Budget(PATIENCE))
     return found, perf_counter() - begun
 
 

@@ -135,7 +135,7 @@ class Evaluation:
                 "evaluate the game with scale = 'exact'",
             )
 
-    def weighted(self, weights: objective.Weights) -> float:
+    def weighted(self, weights: objective.Objective) -> float:
         """Value of any objective of this game at this profile; infinite without arrival."""
         return _weighted(weights, self.arrival, self._losses)
 
@@ -196,7 +196,7 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
 
 
 def _weighted(
-    weights: objective.Weights, arrival: tuple[int | None, ...], losses: np.ndarray
+    weights: objective.Objective, arrival: tuple[int | None, ...], losses: np.ndarray
 ) -> float:
     mine = [i for i, tau in enumerate(weights.time) if tau > 0]
     if any(arrival[i] is None for i in mine):

@@ -1,70 +1,81 @@
-r"""What a margin costs, and who weighs it how.
+r"""Losses of margins, and the objectives that weigh them.
 
 With s the margin of an encounter at a time in traffic and M' its cap, the loss is
 
     margin :  M' - s                          (the shifted safety cost of the paper's -s)
     risk   :  kappa g(s),  g(s) = (1 - erf s)/2   (kappa = ``crash_cost``)
 
-and everybody's objective is a weighted sum of arrivals and losses,
+and every objective is a weighted sum of arrival times and losses,
 
     sum_i  tau_i T_i  +  sum_e  omega_e  sum_t loss_e(t),
 
-e running over ``game.encounters``.  Only the weights differ:
+where e runs over ``game.encounters``.  Objectives differ in their weights:
 
     selfish i   tau_i = lam_i            omega_e = 1 - lam_i          for the encounters of i
     social      tau_i = lam_i            omega_e = sum of 1 - lam_j   over the agents j of e
     potential   tau_i = lam_i/(1-lam_i)  omega_e = 1
 
-Other rules of who pays for an encounter are in :mod:`solvers.liability`.
+:mod:`solvers.liability` has the objectives of other liability rules.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from ppg_env.game.game import Game
 from ppg_env.game.margins import membership
+from ppg_env.support.frozen import Record, frozen_array
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Weights of one objective.
+@dataclass(frozen=True, eq=False)
+class Objective(Record):
+    """A weighted sum of the arrival times and encounter losses of one game.
 
     Attributes
     ----------
+    game : the game whose times and losses are weighted.
     time : (N,) cost of one step of each agent's time, tau.
     encounter : (E,) weight of each encounter's losses, omega.
     """
 
+    game: Game
     time: np.ndarray
     encounter: np.ndarray
 
+    def __post_init__(self) -> None:
+        for name in ("time", "encounter"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
 
 def crash_risk(margin: np.ndarray) -> np.ndarray:
-    """g(s) = (1 - erf s)/2, the chance that a standard normal exceeds sqrt(2) s."""
+    """Return g(s) = (1 - erf s)/2, the probability that a standard normal exceeds sqrt(2) s."""
     from scipy.special import erfc
 
     return erfc(margin) / 2
 
 
 def loss(game: Game, margins: np.ndarray) -> np.ndarray:
-    """Loss of each margin s <= M' of an encounter in traffic (any shape, same shape back)."""
+    """Return the loss of each margin s <= M' of an encounter in traffic, in the same shape."""
     if game.objective == "margin":
         return game.margin_cap - margins
     return game.crash_cost * crash_risk(margins)
 
 
 def loss_slope(game: Game, margins: np.ndarray) -> np.ndarray:
-    """Derivative of :func:`loss`; the loss is convex for s >= 0, so tangents bound it below."""
+    """Return the derivative of :func:`loss`, which is convex for s >= 0.
+
+    Tangents of the loss are therefore lower bounds of it.
+    """
     if game.objective == "margin":
         return np.full_like(margins, -1.0)
     return -game.crash_cost * np.exp(-(margins**2)) / np.sqrt(np.pi)
 
 
 def _care(game: Game) -> np.ndarray:
-    """(E,) sum of 1 - lam over the agents of each encounter."""
+    """Return (E,) the sum of 1 - lam over the agents of each encounter."""
     return np.array([sum(1 - game.agents[i].lam for i in e.agents) for e in game.encounters])
 
 
@@ -72,18 +83,20 @@ def _lams(game: Game) -> np.ndarray:
     return np.array([agent.lam for agent in game.agents])
 
 
-def selfish(game: Game, agent: int) -> Weights:
-    """Agent's own cost J_i."""
-    mine = np.arange(len(game.agents)) == agent
-    return Weights(_lams(game) * mine, (1 - game.agents[agent].lam) * membership(game)[agent])
+@lru_cache(maxsize=1024)
+def selfish(game: Game, agent: int) -> Objective:
+    """Return the agent's own cost J_i."""
+    own = np.arange(len(game.agents)) == agent
+    return Objective(game, _lams(game) * own, (1 - game.agents[agent].lam) * membership(game)[agent])
 
 
-def social(game: Game) -> Weights:
-    """Sum of everybody's costs: each pair's losses count for both."""
-    return Weights(_lams(game), _care(game))
+def social(game: Game) -> Objective:
+    """Return the sum of all agents' costs: the losses of a pair count for both agents."""
+    return Objective(game, _lams(game), _care(game))
 
 
-def potential(game: Game) -> Weights:
-    """The exact (weighted) potential Phi: J_i changes by (1 - lam_i) times its change."""
+@lru_cache(maxsize=128)
+def potential(game: Game) -> Objective:
+    """Return the exact (weighted) potential Phi: J_i changes by (1 - lam_i) times its change."""
     lams = _lams(game)
-    return Weights(lams / (1 - lams), np.ones(len(game.encounters)))
+    return Objective(game, lams / (1 - lams), np.ones(len(game.encounters)))

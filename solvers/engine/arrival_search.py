@@ -24,13 +24,12 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.evaluation import evaluate
-from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Plan, Profile, make_plan
 from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.engine.branch_and_bound import Tree
-from solvers.engine.cuts import CutPool, CutsAtArrivals, concerned
+from solvers.engine.cuts import CutPool, CutsAtArrivals
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry, identity, symmetries
@@ -42,9 +41,8 @@ MOST_AWAKE = 200
 
 
 def engine_search(
-    game: Game,
+    objective: Objective,
     movers: Sequence[int],
-    weights: Weights,
     given: Profile | None,
     budget: Budget,
     tell: Callable[[str, float], None] = lambda what, value: None,
@@ -54,7 +52,8 @@ def engine_search(
     If ``given`` has sound plans of the movers too, only cheaper ones are looked for.  ``tell`` is
     called with every better ``value`` and ``bound``.
     """
-    subproblem = Subproblem(game, tuple(movers), weights, _others(game, movers, given))
+    game = objective.game
+    subproblem = Subproblem(objective, tuple(movers), _others(movers, given))
     first = {i: earliest_arrival(game.agents[i], game.horizon) for i in movers}
     if any(start is None for start in first.values()):
         return SearchResult(Status.UNREACHABLE, float("inf"))
@@ -75,9 +74,7 @@ class _Search:
         self._tell = tell
         everybody = set(subproblem.movers) == set(range(len(subproblem.game.agents)))
         self._symmetries: list[Symmetry] = (
-            symmetries(subproblem.game, subproblem.weights)
-            if everybody
-            else [identity(subproblem.game)]
+            symmetries(subproblem.objective) if everybody else [identity(subproblem.game)]
         )
         self._subproblem, self.best, self._budget = subproblem, best, budget
         self._cuts = CutPool(subproblem, self._symmetries, budget)
@@ -130,8 +127,8 @@ class _Search:
 
     def _tree(self, arrivals: Mapping[int, int]) -> Tree:
         subproblem = self._subproblem
-        known = presolve_encounters(subproblem, concerned(subproblem), arrivals) or []
-        spent = float(sum(subproblem.weights.time[i] * t for i, t in arrivals.items()))
+        known = presolve_encounters(subproblem, subproblem.encounters, arrivals) or []
+        spent = float(sum(subproblem.objective.time[i] * t for i, t in arrivals.items()))
         images = [one.moved(arrivals) for one in self._symmetries]
         return Tree(
             lambda: FixedProgram(subproblem, arrivals, known),
@@ -154,7 +151,7 @@ class _Search:
         evaluation = evaluate(subproblem.game, plans, as_given=True)
         if evaluation.violations(subproblem.movers):
             return float("inf")
-        value = evaluation.weighted(subproblem.weights)
+        value = evaluation.weighted(subproblem.objective)
         if value < self.best.value:
             self.best = SearchResult(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
             self._tell("value", value)
@@ -165,7 +162,7 @@ class _Search:
         return SearchResult(status, bound, best.profile, best.evaluation, best.value)
 
 
-def _others(game: Game, movers: Sequence[int], given: Profile | None) -> dict[int, Plan]:
+def _others(movers: Sequence[int], given: Profile | None) -> dict[int, Plan]:
     if given is None:
         return {}
     return {i: plan for i, plan in enumerate(given) if i not in movers}
@@ -186,7 +183,7 @@ def _incumbent(subproblem: Subproblem, given: Profile | None) -> SearchResult:
     evaluation = evaluate(subproblem.game, plans, as_given=True)
     if evaluation.violations(subproblem.movers):
         return nothing
-    value = evaluation.weighted(subproblem.weights)
+    value = evaluation.weighted(subproblem.objective)
     return SearchResult(Status.FEASIBLE, float("-inf"), plans, evaluation, value)
 
 
@@ -206,11 +203,7 @@ class _Vectors:
         first: Mapping[int, int],
         original: Callable[[Mapping[int, int]], bool],
     ) -> None:
-        self._subproblem, self._original, self._concerned = (
-            subproblem,
-            original,
-            concerned(subproblem),
-        )
+        self._subproblem, self._original = subproblem, original
         self._order = count()
         self._queue: list[tuple[float, int, tuple[int, ...], int | None, Tree | None]] = []
         self._wait(tuple(first[i] for i in subproblem.movers), 0)
@@ -238,15 +231,16 @@ class _Vectors:
                     self._wait((*times[:k], times[k] + 1, *times[k + 1 :]), k)
             if not self._original(arrivals):
                 continue
-            known = presolve_encounters(subproblem, self._concerned, arrivals)
+            known = presolve_encounters(subproblem, subproblem.encounters, arrivals)
             if known is not None:
                 losses = sum(
-                    subproblem.weights.encounter[m.index] * (m.fixed_loss + m.least) for m in known
+                    subproblem.objective.encounter[m.index] * (m.fixed_loss + m.least)
+                    for m in known
                 )
                 self.push(bound + float(losses), arrivals, None)
         return None
 
     def _wait(self, times: tuple[int, ...], raised: int) -> None:
         spent = zip(self._subproblem.movers, times, strict=True)
-        bound = float(sum(self._subproblem.weights.time[i] * t for i, t in spent))
+        bound = float(sum(self._subproblem.objective.time[i] * t for i, t in spent))
         heapq.heappush(self._queue, (bound, next(self._order), times, raised, None))

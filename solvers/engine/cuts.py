@@ -108,17 +108,11 @@ def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> floa
     return estimate
 
 
-def concerned(subproblem: Subproblem) -> list[int]:
-    """The encounters that involve a mover."""
-    movers = set(subproblem.movers)
-    return [e for e, one in enumerate(subproblem.game.encounters) if movers & set(one.agents)]
-
-
 def _alone(subproblem: Subproblem) -> list[Part]:
     """Each mover's weighty encounters with obstacles, if there are several movers."""
     if len(subproblem.movers) < 2:
         return []
-    weighty = [e for e in concerned(subproblem) if subproblem.weights.encounter[e] > 0]
+    weighty = [e for e in subproblem.encounters if subproblem.objective.encounter[e] > 0]
     fixed = [e for e in weighty if subproblem.game.encounters[e].obstacle is not None]
     groups = (
         tuple(e for e in fixed if subproblem.game.encounters[e].agents == (i,))
@@ -131,7 +125,7 @@ def _triples(subproblem: Subproblem) -> list[Part]:
     """The weighty encounters among every three movers, if there are more movers than that."""
     if len(subproblem.movers) <= 3:
         return []
-    weighty = [e for e in concerned(subproblem) if subproblem.weights.encounter[e] > 0]
+    weighty = [e for e in subproblem.encounters if subproblem.objective.encounter[e] > 0]
     who = {e: set(subproblem.game.encounters[e].agents) for e in weighty}
     groups = [set(group) for group in combinations(subproblem.movers, 3)]
     return [tuple(e for e in weighty if who[e] <= group) for group in groups]

@@ -100,7 +100,7 @@ class FixedProgram:
         for one in (
             presolve_encounters
         ):  # also those that cost the movers nothing: bodies must not overlap
-            weight = float(subproblem.weights.encounter[one.index])
+            weight = float(subproblem.objective.encounter[one.index])
             self.fixed_loss[one.index] = weight * one.fixed_loss
             self._meet(one, weight)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -16,19 +16,29 @@ from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.margins import encounter_units, end_of_traffic, margins
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Plan
 from solvers.engine.reachability_bounds import Reach, reach_of
 
 
 @dataclass(frozen=True)
 class Subproblem:
-    """One search: who moves, for what, and what the others do."""
+    """An objective, the agents that plan, and the plans of the other agents."""
 
-    game: Game
+    objective: Objective
     movers: tuple[int, ...]
-    weights: Weights
     given: Mapping[int, Plan]
+
+    @property
+    def game(self) -> Game:
+        """The game of the objective."""
+        return self.objective.game
+
+    @cached_property
+    def encounters(self) -> tuple[int, ...]:
+        """Indices of the encounters that involve a mover."""
+        movers = set(self.movers)
+        return tuple(e for e, one in enumerate(self.game.encounters) if movers & set(one.agents))
 
 
 @dataclass(frozen=True)

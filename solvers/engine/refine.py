@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from ppg_env import tolerances as tol
 from ppg_env.game.evaluation import Evaluation, evaluate
-from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
@@ -22,29 +21,29 @@ ROUNDS = 10
 """Most rounds; each may choose other faces than the last."""
 
 
-def polish(game: Game, profile: Profile, weights: Weights, budget: Budget) -> Profile:
+def refine(objective: Objective, profile: Profile, budget: Budget) -> Profile:
     """Plans of all agents that cost no more, found without new faces or arrivals.
 
     ``profile`` has to be feasible, and comes back if there is nothing to gain.
     """
-    value = evaluate(game, profile).weighted(weights)
+    value = evaluate(objective.game, profile).weighted(objective)
     for _ in range(ROUNDS):
         if budget.out:
             break
-        found = _round(game, profile, weights, budget)
-        if found is None or found[1].weighted(weights) > value - tol.IMPROVEMENT:
+        found = _round(objective, profile, budget)
+        if found is None or found[1].weighted(objective) > value - tol.IMPROVEMENT:
             break
-        profile, value = found[0], found[1].weighted(weights)
+        profile, value = found[0], found[1].weighted(objective)
     return profile
 
 
 def _round(
-    game: Game, profile: Profile, weights: Weights, budget: Budget
+    objective: Objective, profile: Profile, budget: Budget
 ) -> tuple[Profile, Evaluation] | None:
     movers = range(len(profile))
     arrivals = {i: plan.arrival or 0 for i, plan in enumerate(profile)}
-    subproblem = Subproblem(game, tuple(movers), weights, {})
-    known = presolve_encounters(subproblem, range(len(game.encounters)), arrivals)
+    subproblem = Subproblem(objective, tuple(movers), {})
+    known = presolve_encounters(subproblem, subproblem.encounters, arrivals)
     if known is None:
         return None
     program = FixedProgram(subproblem, arrivals, known)
@@ -52,5 +51,5 @@ def _round(
     if point is None:
         return None
     plans = program.plans(point)
-    evaluation = evaluate(game, plans)
+    evaluation = evaluate(objective.game, plans)
     return None if evaluation.violations() else (plans, evaluation)

@@ -18,7 +18,7 @@ from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.polytope import Polytope
 
 
@@ -51,8 +51,9 @@ def identity(game: Game) -> Symmetry:
     return Symmetry(tuple(range(len(game.agents))), tuple(everything), faces)
 
 
-def symmetries(game: Game, weights: Weights) -> list[Symmetry]:
+def symmetries(objective: Objective) -> list[Symmetry]:
     """All of them, the identity first; games of unusual states have only that one."""
+    game = objective.game
     first = game.agents[0]
     d, n, m = game.dim, first.state_dim, first.control_dim
     alike = all((a.state_dim, a.control_dim) == (n, m) for a in game.agents)
@@ -63,21 +64,19 @@ def symmetries(game: Game, weights: Weights) -> list[Symmetry]:
     centre[:d] = np.mean([agent.start[:d] for agent in game.agents], axis=0)
     for order, signs in product(permutations(range(d)), product((1.0, -1.0), repeat=d)):
         turn = np.eye(d)[list(order)] * np.array(signs)
-        one = _symmetry(game, weights, turn, centre)
+        one = _symmetry(objective, turn, centre)
         if one is not None and one not in found:
             found.append(one)
     return found
 
 
-def _symmetry(
-    game: Game, weights: Weights, turn: np.ndarray, centre: np.ndarray
-) -> Symmetry | None:
-    agents = []
+def _symmetry(objective: Objective, turn: np.ndarray, centre: np.ndarray) -> Symmetry | None:
+    game, agents = objective.game, []
     for i, agent in enumerate(game.agents):
         images = [
             j
             for j, other in enumerate(game.agents)
-            if np.isclose(weights.time[i], weights.time[j], atol=0)
+            if np.isclose(objective.time[i], objective.time[j], atol=0)
             and _mirrored(agent, other, turn, centre)
         ]
         if len(images) != 1:
@@ -103,7 +102,9 @@ def _symmetry(
         sign = -1.0 if sorted(where) != where else 1.0
         shift = centre[: game.dim] if encounter.obstacle is not None else np.zeros(game.dim)
         mapped = _same(encounter.collision, game.encounters[image].collision, sign * turn, shift)
-        if mapped is None or not np.isclose(weights.encounter[k], weights.encounter[image], atol=0):
+        if mapped is None or not np.isclose(
+            objective.encounter[k], objective.encounter[image], atol=0
+        ):
             return None
         encounters.append(image)
         faces.append(mapped)

@@ -76,7 +76,7 @@ def respond(
             "does not have one plan per agent",
             "give everybody's plans",
         )
-    return minimise(rule.game, (agent,), rule.weights(agent), profile, solver, budget)
+    return minimise(rule.costs[agent], (agent,), profile, solver, budget)
 
 
 def explain(game: Game, found: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:

@@ -28,7 +28,7 @@ from ppg_env.support.frozen import frozen_array
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver
 from solvers.engine.presolve import matters
-from solvers.engine.refine import polish
+from solvers.engine.refine import refine
 from solvers.equilibrium.best_response import explain, respond
 from solvers.equilibrium.certificate import proved_bound
 from solvers.liability import Liability, make_rule
@@ -164,7 +164,7 @@ class _Dynamics:
         falling = self.rule.potential
         if falling is None or not evaluate(self.game, profile).feasible:
             return profile
-        after = polish(self.game, profile, falling, self.budget)
+        after = refine(falling, profile, self.budget)
         for j, plan in enumerate(after):
             if plan is not profile[j] and plan != profile[j]:
                 self.bounds[j] = -np.inf
@@ -224,7 +224,7 @@ class _Dynamics:
         plans, costs = list(profile), dict[int, tuple[float, float]]()
         for i, answer in found.items():
             usable = i not in pending and not now.violations((i,))
-            before = now.weighted(self.rule.weights(i)) if usable else float("inf")
+            before = now.weighted(self.rule.costs[i]) if usable else float("inf")
             gains = before - answer.value > self.tolerance
             if gains:
                 assert answer.profile is not None
@@ -274,8 +274,7 @@ class _Dynamics:
         solution = self._finished(profile, Status.EQUILIBRIUM)
         if solution.evaluation is None:
             return solution
-        charges = [self.rule.weights(i) for i in range(len(profile))]
-        costs = np.array([solution.evaluation.weighted(weights) for weights in charges])
+        costs = np.array([solution.evaluation.weighted(cost) for cost in self.rule.costs])
         regret = np.maximum(costs - self.bounds, 0.0)
         if regret.max() > tol.EQUILIBRIUM:
             solution = replace(

@@ -78,7 +78,7 @@ def certify(
         )
     costs, bounds = [], []
     for i in range(len(game.agents)):
-        costs.append(evaluation.weighted(rule.weights(i)))
+        costs.append(evaluation.weighted(rule.costs[i]))
         found = respond(rule, i, profile, solver, budget)
         bounds.append(proved_bound(game, i, costs[-1], found))
     return Certificate(np.array(costs), np.array(bounds))

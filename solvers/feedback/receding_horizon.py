@@ -14,9 +14,9 @@ import numpy as np
 
 from ppg_env.env.players import GoToGoal, Player, Tracker, View
 from ppg_env.errors import InputError, require
-from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import later
+from ppg_env.game.objective import selfish
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.support.frozen import frozen_array
 from solvers.budget import Budget
@@ -93,8 +93,8 @@ class RecedingHorizon:
             except InputError:  # bodies overlap already: there is nothing left to plan
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)
-            weights, budget = objective.selfish(now, self._agent), Budget(self._limit)
-            found = minimise(now, (self._agent,), weights, given, self._solver, budget)
+            own_cost, budget = selfish(now, self._agent), Budget(self._limit)
+            found = minimise(own_cost, (self._agent,), given, self._solver, budget)
             if found.profile is not None:
                 self._plans[copy] = (t, found.profile[self._agent])
                 return

@@ -17,16 +17,15 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.evaluation import evaluate
-from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import minimise
 from solvers.engine.fixed_arrival_lp import INF
-from solvers.engine.refine import polish
+from solvers.engine.refine import refine
 from solvers.equilibrium.best_response import respond
 from solvers.equilibrium.best_response_dynamics import absent, best_response_dynamics
-from solvers.liability import make_rule
+from solvers.liability import Liability
 
 SWEEPS = 6
 """Most rounds of responses before groups begin."""
@@ -48,19 +47,17 @@ EFFORTS = {1: 400, 2: 1500}
 
 
 def descent(
-    game: Game,
-    charge: str,
+    rule: Liability,
     solver: str,
     budget: Budget,
     seed: int = 0,
     progress: Callable[[float], None] = lambda value: None,
 ) -> Profile | None:
-    """A profile of low potential under the rule ``charge``; None if there is none.
+    """Return a profile of low potential under ``rule``, which has one; None if none was found.
 
-    ``pigou`` has the social cost for a potential.  ``progress`` is called with the value of every
-    better one.
+    ``progress`` is called with the value of every improvement.
     """
-    search = _Descent(game, charge, solver, budget, seed, progress)
+    search = _Descent(rule, solver, budget, seed, progress)
     if not search.start():
         return None
     search.run()
@@ -72,18 +69,16 @@ class _Descent:
 
     def __init__(
         self,
-        game: Game,
-        charge: str,
+        rule: Liability,
         solver: str,
         budget: Budget,
         seed: int,
         progress: Callable[[float], None],
     ) -> None:
-        self.game, self.charge, self.solver, self.budget = game, charge, solver, budget
+        self.rule, self.game, self.solver, self.budget = rule, rule.game, solver, budget
         self.progress, self.random = progress, np.random.default_rng(seed)
-        self.rule = make_rule(game, charge)
-        assert self.rule.potential is not None
-        self.weights = self.rule.potential
+        assert rule.potential is not None
+        self.objective = rule.potential
         self.profile: Profile = ()
         self.value = INF
 
@@ -92,7 +87,7 @@ class _Descent:
 
         Selfish ones come first, so that nothing is returned that is dearer than an equilibrium.
         """
-        for charge in dict.fromkeys(("selfish", self.charge)):
+        for charge in dict.fromkeys(("selfish", self.rule.charge)):
             found = best_response_dynamics(
                 self.game,
                 start=self.profile or None,
@@ -109,7 +104,7 @@ class _Descent:
         """Search until nothing helps, or the time is up."""
         size = len(self.game.agents)
         for _ in range(CYCLES):
-            self._anneal(COOLING * size, float(np.mean(self.weights.time)))
+            self._anneal(COOLING * size, float(np.mean(self.objective.time)))
         while any(self._planned(pair) for pair in self._pairs()):
             self._anneal(QUIET * size, 0.0)
 
@@ -130,13 +125,13 @@ class _Descent:
     def _worth(self, profile: Profile) -> float:
         """What a profile costs; infinite if it is not feasible."""
         judged = evaluate(self.game, profile)
-        return INF if judged.violations() else judged.weighted(self.weights)
+        return INF if judged.violations() else judged.weighted(self.objective)
 
     def _keep(self, profile: Profile, worth: float) -> bool:
         """Take a profile, polished, if what it is worth is less than the best."""
         if worth > self.value - tol.IMPROVEMENT:
             return False
-        self.profile = polish(self.game, profile, self.weights, self.budget)
+        self.profile = refine(self.objective, profile, self.budget)
         self.value = self._worth(self.profile)
         self.progress(self.value)
         return True
@@ -179,6 +174,6 @@ class _Descent:
         if self.budget.out:
             return False
         share = self.budget.child(EFFORTS[2])
-        found = minimise(self.game, pair, self.weights, self.profile, self.solver, share)
+        found = minimise(self.objective, pair, self.profile, self.solver, share)
         self.budget.charge(share)
         return found.profile is not None and self._keep(found.profile, self._worth(found.profile))

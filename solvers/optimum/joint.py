@@ -14,10 +14,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
-from ppg_env.game import objective
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
@@ -25,6 +24,7 @@ from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 from solvers.equilibrium.certificate import certify
+from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
 from solvers.search_result import SearchResult
@@ -70,9 +70,8 @@ def social_optimum(
     progress
         Called with every better value and bound.
     """
-    budget = Budget(time_limit, node_limit)
-    weights = objective.social(game)
-    return _joint(game, "social", "social_cost", weights, "pigou", solver, budget, seed, progress)
+    rule, budget = make_rule(game, "pigou"), Budget(time_limit, node_limit)
+    return _minimise_potential(rule, "social", "social_cost", solver, budget, seed, progress)
 
 
 def potential_equilibrium(
@@ -90,35 +89,32 @@ def potential_equilibrium(
     agents, the plan may stop short of the minimum; ``regret`` then still holds for the plan
     returned.  Parameters as for :func:`social_optimum`.
     """
-    budget = Budget(time_limit, node_limit)
-    weights = objective.potential(game)
-    solution = _joint(
-        game, "potential", "potential", weights, "selfish", solver, budget, seed, progress
-    )
+    rule, budget = make_rule(game, "selfish"), Budget(time_limit, node_limit)
+    solution = _minimise_potential(rule, "potential", "potential", solver, budget, seed, progress)
     if solution.profile is None:
         return solution
     proof = certify(game, solution.profile, solver=solver, time_limit=budget.left)
     return replace(solution, regret=proof.regret, seconds=budget.spent)
 
 
-def _joint(
-    game: Game,
+def _minimise_potential(
+    rule: Liability,
     name: str,
     minimised: str,
-    weights: Weights,
-    charge: str,
     solver: str,
     budget: Budget,
     seed: int,
     progress: Progress | None,
 ) -> Solution:
+    game, potential = rule.game, rule.potential
+    assert potential is not None
     solver, everybody = check_solver(solver), range(len(game.agents))
     tell = progress or (lambda what, value: None)
     if len(game.agents) > MOST_EXACT and solver == ENGINE:
-        found = _approach(game, weights, charge, budget, seed, tell)
+        found = _approach(rule, potential, budget, seed, tell)
     else:
-        known = _known(game, charge, budget) if solver == ENGINE else None
-        found = minimise(game, everybody, weights, known, solver, budget, tell)
+        known = _known(rule, budget) if solver == ENGINE else None
+        found = minimise(potential, everybody, known, solver, budget, tell)
     status, advice = explain(game, found, tuple(everybody))
     return Solution(
         game,
@@ -134,32 +130,34 @@ def _joint(
     )
 
 
-def _known(game: Game, charge: str, budget: Budget) -> Profile | None:
+def _known(rule: Liability, budget: Budget) -> Profile | None:
     """Plans by best responses, for games in which the exact search may take long to find some."""
+    game = rule.game
     if len(game.agents) <= SOON:
         return None
-    first = best_response_dynamics(game, charge=charge, max_sweeps=2, time_limit=budget.left)
+    first = best_response_dynamics(game, charge=rule.charge, max_sweeps=2, time_limit=budget.left)
     return first.profile
 
 
 def _approach(
-    game: Game, weights: Weights, charge: str, budget: Budget, seed: int, tell: Progress
+    rule: Liability, potential: Objective, budget: Budget, seed: int, tell: Progress
 ) -> SearchResult:
     """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
 
     Where that finds no plan at all, the exact search has the rest of the time.
     """
+    game = rule.game
     if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
-    bound = pair_bound(game, weights, share, lambda value: tell("bound", value))
-    profile = descent(game, charge, ENGINE, budget, seed, lambda value: tell("value", value))
+    bound = pair_bound(potential, share, lambda value: tell("bound", value))
+    profile = descent(rule, ENGINE, budget, seed, lambda value: tell("value", value))
     if profile is None and budget.out:
         return SearchResult(Status.NO_INCUMBENT, bound)
     if profile is None:
-        return minimise(game, range(len(game.agents)), weights, None, ENGINE, budget, tell)
+        return minimise(potential, range(len(game.agents)), None, ENGINE, budget, tell)
     evaluation = evaluate(game, profile)
-    value = evaluation.weighted(weights)
+    value = evaluation.weighted(potential)
     proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))
     status = Status.OPTIMAL if proved else Status.FEASIBLE
     return SearchResult(status, bound, profile, evaluation, value, "" if proved else APPROACHED)

@@ -22,11 +22,10 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
 from scipy.sparse import coo_array
 
-from ppg_env.game.game import Game
-from ppg_env.game.objective import Weights
+from ppg_env.game.objective import Objective
 from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
-from solvers.engine.cuts import CutPool, concerned
+from solvers.engine.cuts import CutPool
 from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import symmetries
 
@@ -38,25 +37,26 @@ PATIENCE = 60.0
 
 
 def pair_bound(
-    game: Game, weights: Weights, budget: Budget, progress: Callable[[float], None] | None = None
+    objective: Objective, budget: Budget, progress: Callable[[float], None] | None = None
 ) -> float:
     """Lower bound on the weighted cost of any feasible profile; -inf if a goal is out of reach.
 
     ``progress`` is called with every better bound.
     """
-    return _Pairs(game, weights, budget).solve(progress or (lambda bound: None))
+    return _Pairs(objective, budget).solve(progress or (lambda bound: None))
 
 
 class _Pairs:
     """The choice of arrivals, and the pair values known so far."""
 
-    def __init__(self, game: Game, weights: Weights, budget: Budget) -> None:
+    def __init__(self, objective: Objective, budget: Budget) -> None:
+        game = objective.game
         everybody = tuple(range(len(game.agents)))
-        subproblem = Subproblem(game, everybody, weights, {})
-        self._game, self._weights, self._budget = game, weights, budget
-        self._cuts = CutPool(subproblem, symmetries(game, weights), budget)
+        subproblem = Subproblem(objective, everybody, {})
+        self._game, self._objective, self._budget = game, objective, budget
+        self._cuts = CutPool(subproblem, symmetries(objective), budget)
         self._first = [earliest_arrival(agent, game.horizon) for agent in game.agents]
-        self._edges = [e for e in concerned(subproblem) if weights.encounter[e] > 0]
+        self._edges = [e for e in subproblem.encounters if objective.encounter[e] > 0]
         self._known: dict[tuple[int, tuple[int, ...]], float] = {}
 
     def solve(self, progress: Callable[[float], None]) -> float:
@@ -96,7 +96,7 @@ class _Pairs:
         """The bound with what is known, and the pairs of states that it is made of."""
         count = len(self._game.agents) * STATES
         costs = [
-            float(self._weights.time[i]) * self._time(i, s)
+            float(self._objective.time[i]) * self._time(i, s)
             for i, s in product(range(len(self._game.agents)), range(STATES))
         ]
         rows, columns = list[int](), list[int]()

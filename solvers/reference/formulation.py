@@ -32,12 +32,12 @@ import cvxpy as cp
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game import objective
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import goal_selector
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.input_sets import spans
 from ppg_env.game.margins import encounter_units
+from ppg_env.game.objective import Objective, loss
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, plan_upper
 from solvers.reference.tangents import TangentTable
@@ -124,7 +124,7 @@ class Separation:
             - self.offsets
         )
         gone = sum(movers[i].arrived for i in self.moving) + (1 - self.active)
-        worst = float(objective.loss(game, np.array(game.margin_cap)))
+        worst = float(loss(game, np.array(game.margin_cap)))
         column = cp.reshape(self.margin, (steps, 1), order="C")
         spread = column @ np.ones((1, shape[1]))
         pieces = np.ones((1, self.tangents.count))
@@ -178,20 +178,19 @@ class Separation:
 
 
 class Program:
-    """A compiled program over ``movers``, minimising ``weights``; see the module's page.
+    """A compiled program that minimises ``objective`` over ``movers``; see the module's page.
 
     Parameters
     ----------
-    game
-        The game; encounters without a mover are left out.
+    objective
+        The objective and its game; encounters without a mover are left out.
     movers
         Indices of the agents to plan.
-    weights
-        Objective, see :class:`ppg_env.game.objective.Weights`.
     """
 
-    def __init__(self, game: Game, movers: Sequence[int], weights: objective.Weights) -> None:
-        self.game, self.weights = game, weights
+    def __init__(self, objective: Objective, movers: Sequence[int]) -> None:
+        self.objective, self.game = objective, objective.game
+        game = self.game
         self.movers = {i: Mover(game.agents[i], game.horizon) for i in movers}
         self.separations = [
             Separation(game, encounter, self.movers)
@@ -199,11 +198,11 @@ class Program:
             if any(i in self.movers for i in encounter.agents)
         ]
         self.encounter_weights = [
-            float(weights.encounter[e])
+            float(objective.encounter[e])
             for e, encounter in enumerate(game.encounters)
             if any(i in self.movers for i in encounter.agents)
         ]
-        goal = sum(weights.time[i] * mover.time for i, mover in self.movers.items())
+        goal = sum(objective.time[i] * mover.time for i, mover in self.movers.items())
         for weight, part in zip(self.encounter_weights, self.separations, strict=True):
             goal += weight * cp.sum(part.loss)
         constraints = [c for mover in self.movers.values() for c in mover.constraints]

@@ -13,6 +13,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.evaluation import evaluate
+from ppg_env.game.objective import loss
 from ppg_env.game.plan import Plan, Profile, make_plan
 from solvers.budget import Budget
 from solvers.reference import cvxpy_backend as backend
@@ -33,7 +34,7 @@ def search(program: Program, given: Profile | None, solver: str, budget: Budget)
         return SearchResult(Status.UNREACHABLE, float("inf"))
     program.update(given)
     floor = sum(
-        program.weights.time[i] * (mover.earliest or 0) for i, mover in program.movers.items()
+        program.objective.time[i] * (mover.earliest or 0) for i, mover in program.movers.items()
     )
     best = SearchResult(Status.NO_INCUMBENT, float(floor))
     for _ in range(ROUNDS):
@@ -100,18 +101,16 @@ def _judged(program: Program, given: Profile | None) -> SearchResult | None:
     evaluation = evaluate(program.game, tuple(plans), as_given=True)
     if evaluation.violations(program.movers):
         return None
-    value = evaluation.weighted(program.weights)
+    value = evaluation.weighted(program.objective)
     return SearchResult(Status.FEASIBLE, float("-inf"), tuple(plans), evaluation, value)
 
 
 def _refine(program: Program) -> float:
     """Add tangents at the current margins; the weighted error that the old ones made."""
-    from ppg_env.game import objective
-
     error = 0.0
     for weight, part in zip(program.encounter_weights, program.separations, strict=True):
         margins = np.clip(part.margin.value, 0.0, program.game.margin_cap)
-        gone = objective.loss(program.game, margins) - part.tangents.model_loss(margins)
+        gone = loss(program.game, margins) - part.tangents.model_loss(margins)
         error += weight * float(gone.sum())
         if gone.max() > 0 and program.game.objective == "risk":
             part.tangents.add(margins)

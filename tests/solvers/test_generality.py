@@ -42,10 +42,10 @@ def test_all_programs_agree_with_the_reference(seed):
     mixed = mixed_game(seed)
     game = mixed.game
     for i in range(2):
-        both(game, (i,), objective.selfish(game, i), mixed.profile)
+        both(objective.selfish(game, i), (i,), mixed.profile)
     if game.dim < 3:  # the reference may take minutes in space
         for weights in (objective.social(game), objective.potential(game)):
-            both(game, (0, 1), weights, None)
+            both(weights, (0, 1), None)
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_all_programs_agree_with_the_reference(seed):
 def test_three_agents_agree_with_the_reference(seed):
     game = mixed_game(seed, 3).game
     for weights in (objective.social(game), objective.potential(game)):
-        both(game, range(3), weights, None)
+        both(weights, range(3), None)
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -75,9 +75,9 @@ def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
 def test_a_bound_never_passes_the_optimum_however_early_the_search_stops(seed):
     game = mixed_game(seed).game
     weights = objective.social(game)
-    optimum = engine_search(game, (0, 1), weights, None, Budget(None))
+    optimum = engine_search(weights, (0, 1), None, Budget(None))
     for nodes in (0, 1, 2, 3, 5, 8, 13, 21, 34):
-        found = engine_search(game, (0, 1), weights, None, Budget(None, nodes))
+        found = engine_search(weights, (0, 1), None, Budget(None, nodes))
         assert found.bound <= optimum.value + 1e-7
         if found.profile is not None:
             assert evaluate(game, found.profile).violations() == ()
@@ -91,9 +91,9 @@ WALLED = [seed for seed in range(60) if mixed_game(seed).game.obstacles][:12]
 def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     game = mixed_game(seed).game
     weights = objective.social(game)
-    plain = engine_search(game, (0, 1), weights, None, Budget(None))
+    plain = engine_search(weights, (0, 1), None, Budget(None))
     monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
-    advised = engine_search(game, (0, 1), weights, None, Budget(None))
+    advised = engine_search(weights, (0, 1), None, Budget(None))
     assert advised.status is plain.status
     assert advised.value == pytest.approx(plain.value, rel=1e-7, abs=1e-7)
     assert advised.bound == pytest.approx(plain.bound, rel=1e-7, abs=1e-7)
@@ -103,7 +103,7 @@ def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the
     # Time costs nothing here, so every arrival has to be proved; without the prices of walls the
     # bound is at 48 after 5,000 programs.
     game = mixed_game(252).game
-    found = engine_search(game, (0, 1), objective.social(game), None, Budget(None, 3000))
+    found = engine_search(objective.social(game), (0, 1), None, Budget(None, 3000))
     assert found.status is Status.OPTIMAL
     assert found.value == pytest.approx(121.2131119, abs=1e-6)  # as HiGHS found, in 13 s
 
@@ -131,5 +131,5 @@ def test_symmetries_are_those_of_all_control_sets_at_their_times():
         (((0, box), (4, box)), box),
     ):
         game = make_game("circle(4)", control={0: one, 1: other, 2: one, 3: other})
-        counts.append(len(symmetries(game, objective.social(game))))
+        counts.append(len(symmetries(objective.social(game))))
     assert counts == [8, 8, 4, 4, 4]

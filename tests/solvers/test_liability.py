@@ -39,10 +39,10 @@ def test_a_share_of_nothing_is_selfish_and_a_share_of_one_is_pigou(lam):
     for name, share in (("selfish", 0), ("pigou", 1)):
         named, partial = make_rule(game, name), make_rule(game, f"partial:{share}")
         for i in range(3):
-            same(named.weights(i), partial.weights(i))
+            same(named.costs[i], partial.costs[i])
         same(named.potential, partial.potential)
     for i in range(3):
-        same(make_rule(game, "selfish").weights(i), objective.selfish(game, i))
+        same(make_rule(game, "selfish").costs[i], objective.selfish(game, i))
     same(make_rule(game, "selfish").potential, objective.potential(game))
     same(make_rule(game, "pigou").potential, objective.social(game))
 
@@ -51,7 +51,7 @@ def test_a_share_of_nothing_is_selfish_and_a_share_of_one_is_pigou(lam):
 def test_charges_that_pay_all_harm_once_add_up_to_the_social_cost(lam, charge):
     game = walled(lam)
     rule, social = make_rule(game, charge), objective.social(game)
-    paid = [rule.weights(i) for i in range(3)]
+    paid = [rule.costs[i] for i in range(3)]
     np.testing.assert_allclose(sum(w.encounter for w in paid), social.encounter, rtol=1e-12)
     np.testing.assert_allclose(sum(w.time for w in paid), social.time, rtol=1e-12)
 
@@ -65,7 +65,7 @@ def test_a_partial_rule_has_a_potential_unless_three_lams_differ(lam, share):
     if rule.potential is None:
         return
     for i in range(3):
-        mine = rule.weights(i)
+        mine = rule.costs[i]
         own = mine.encounter > 0
         ratios = rule.potential.encounter[own] / mine.encounter[own]
         np.testing.assert_allclose(ratios, ratios[0], rtol=1e-9)
@@ -85,7 +85,7 @@ def test_who_has_the_way_pays_nothing_and_there_is_no_potential():
     game = walled([0.2, 0.5, 0.8])
     rule = make_rule(game, "right-of-way:2-0-1")
     by_pair = {e.agents: k for k, e in enumerate(game.encounters)}
-    first, last = rule.weights(2), rule.weights(1)
+    first, last = rule.costs[2], rule.costs[1]
     assert first.encounter[by_pair[0, 2]] == first.encounter[by_pair[1, 2]] == 0
     assert first.encounter[by_pair[2,]] == pytest.approx(0.2)  # the wall is its own affair
     assert last.encounter[by_pair[1, 2]] == pytest.approx(0.5 + 0.2)

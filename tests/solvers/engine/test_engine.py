@@ -30,8 +30,8 @@ class Steps(Budget):
         return self.looks < 0
 
 
-def both(game, movers, weights, given):
-    found = [minimise(game, movers, weights, given, s, Budget(None)) for s in (ENGINE, "HIGHS")]
+def both(weights, movers, given):
+    found = [minimise(weights, movers, given, s, Budget(None)) for s in (ENGINE, "HIGHS")]
     assert found[0].status is found[1].status
     if found[0].profile is not None:
         value = found[1].value
@@ -49,7 +49,7 @@ def both(game, movers, weights, given):
 def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
     game = make_game(name, speed=speed, objective=kind, lam=lam, gain=gain)
     straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
-    both(game, (0,), objective.selfish(game, 0), straight)
+    both(objective.selfish(game, 0), (0,), straight)
 
 
 @pytest.mark.slow
@@ -59,7 +59,7 @@ def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
 def test_joint_optima_agree_with_the_reference(name, speed, kind):
     game = make_game(name, speed=speed, objective=kind, lam=0.8)
     for weights in (objective.social(game), objective.potential(game)):
-        both(game, (0, 1), weights, None)
+        both(weights, (0, 1), None)
 
 
 @pytest.mark.slow
@@ -72,27 +72,27 @@ def test_random_games_agree_with_the_reference(seed):
     ]
     if None in plans:
         pytest.skip("no plan was drawn for somebody")
-    both(game, (0,), objective.selfish(game, 0), tuple(plans))
+    both(objective.selfish(game, 0), (0,), tuple(plans))
     if len(game.agents) == 2:
-        both(game, (0, 1), objective.social(game), None)
+        both(objective.social(game), (0, 1), None)
 
 
 def test_obstacles_and_three_dimensions_agree_with_the_reference():
     for name in ("course", "intersection_3d"):
         game = make_game(name, objective="risk", lam=0.7)
         straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
-        both(game, (0,), objective.selfish(game, 0), straight)
+        both(objective.selfish(game, 0), (0,), straight)
 
 
 @pytest.mark.parametrize("kind", ["margin", "risk"])
 def test_cut_short_anywhere_it_has_sound_plans_and_a_valid_bound(kind):
     game = make_game("intersection", speed="l1", objective=kind, lam=0.8, gain=0.0)
     weights = objective.social(game)
-    optimum = engine_search(game, (0, 1), weights, None, Budget(None))
+    optimum = engine_search(weights, (0, 1), None, Budget(None))
     assert optimum.status is Status.OPTIMAL
     seen = set()
     for looks in (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233):
-        found = engine_search(game, (0, 1), weights, None, Steps(looks))
+        found = engine_search(weights, (0, 1), None, Steps(looks))
         seen.add(found.status)
         assert found.bound <= optimum.value + 1e-7
         if found.profile is None:
@@ -106,7 +106,7 @@ def test_cut_short_anywhere_it_has_sound_plans_and_a_valid_bound(kind):
 def test_it_is_deterministic():
     game = make_game("intersection3", speed="l1", lam=0.8)
     one, two = (
-        engine_search(game, range(3), objective.social(game), None, Budget(None)) for _ in range(2)
+        engine_search(objective.social(game), range(3), None, Budget(None)) for _ in range(2)
     )
     assert one.profile == two.profile
     assert one.bound == two.bound

@@ -17,8 +17,9 @@ from solvers.engine.branch_and_bound import Tree
 from solvers.engine.cuts import CutPool
 from solvers.engine.fixed_arrival_lp import INF, FixedProgram
 from solvers.engine.presolve import Subproblem, matters, presolve_encounters
-from solvers.engine.refine import polish
+from solvers.engine.refine import refine
 from solvers.engine.symmetry import identity, symmetries
+from solvers.liability import make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
 from solvers.solution import Status
@@ -35,7 +36,7 @@ def crossing(**changes):
 )
 def test_games_have_the_symmetries_that_one_sees(name, count):
     game = make_game(name)
-    found = symmetries(game, objective.social(game))
+    found = symmetries(objective.social(game))
     assert found[0] == identity(game)
     assert len(found) == count
 
@@ -44,9 +45,9 @@ def test_a_symmetry_is_lost_with_unequal_agents_and_kept_by_none_of_them():
     game = crossing()
     first = replace(game.agents[0], lam=0.4)
     uneven = replace(game, agents=(first, *game.agents[1:]))
-    assert len(symmetries(uneven, objective.social(uneven))) == 2  # the mirror through agent 0
+    assert len(symmetries(objective.social(uneven))) == 2  # the mirror through agent 0
     noisy = replace(game, agents=(replace(game.agents[0], noise=2.5), *game.agents[1:]))
-    assert len(symmetries(noisy, objective.social(noisy))) == 2
+    assert len(symmetries(objective.social(noisy))) == 2
 
 
 def test_mirrored_profiles_cost_the_same():
@@ -54,7 +55,7 @@ def test_mirrored_profiles_cost_the_same():
     game = crossing(horizon=12)
     plans = best_response_dynamics(game).profile
     judged = evaluate(game, plans)
-    for one in symmetries(game, objective.social(game)):
+    for one in symmetries(objective.social(game)):
         losses = np.array([judged.margins[e].sum() for e in range(len(game.encounters))])
         pairs = [set(e.agents) for e in game.encounters]
         for e, image in enumerate(one.encounters):
@@ -65,14 +66,14 @@ def test_mirrored_profiles_cost_the_same():
 def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatch):
     game = crossing()
     weights = objective.social(game)
-    fast = engine_search(game, range(4), weights, None, Budget(None))
+    fast = engine_search(weights, range(4), None, Budget(None))
     monkeypatch.setattr(
-        "solvers.engine.arrival_search.symmetries", lambda game, weights: [identity(game)]
+        "solvers.engine.arrival_search.symmetries", lambda weights: [identity(game)]
     )
     monkeypatch.setattr("solvers.engine.cuts.PATIENCE", 0)
-    eager = engine_search(game, range(4), weights, None, Budget(None))
+    eager = engine_search(weights, range(4), None, Budget(None))
     monkeypatch.setattr("solvers.engine.cuts._triples", lambda subproblem: [])
-    plain = engine_search(game, range(4), weights, None, Budget(None))
+    plain = engine_search(weights, range(4), None, Budget(None))
     assert fast.status is eager.status is plain.status is Status.OPTIMAL
     assert fast.value == pytest.approx(plain.value, abs=1e-6)
     assert eager.value == pytest.approx(plain.value, abs=1e-6)
@@ -82,10 +83,8 @@ def test_lemmas_are_no_more_than_what_plans_really_lose():
     """The value of three movers' losses is at most that of any feasible profile of four."""
     game = crossing(gain=-0.5)
     weights = objective.social(game)
-    best = engine_search(game, range(4), weights, None, Budget(None))
-    cuts = CutPool(
-        Subproblem(game, (0, 1, 2, 3), weights, {}), symmetries(game, weights), Budget(None)
-    )
+    best = engine_search(weights, range(4), None, Budget(None))
+    cuts = CutPool(Subproblem(weights, (0, 1, 2, 3), {}), symmetries(weights), Budget(None))
     arrivals = dict(enumerate(best.evaluation.arrival))
     traffic = np.where(best.evaluation.traffic, game.margin_cap - best.evaluation.margins, 0.0)
     lost = weights.encounter * traffic.sum(axis=1)
@@ -97,7 +96,7 @@ def test_lemmas_are_no_more_than_what_plans_really_lose():
 def test_a_tree_that_rests_goes_on_where_it_was():
     game = crossing()
     weights = objective.social(game)
-    subproblem = Subproblem(game, (0, 1, 2, 3), weights, {})
+    subproblem = Subproblem(weights, (0, 1, 2, 3), {})
     arrivals = {0: 6, 1: 7, 2: 6, 3: 7}
     known = presolve_encounters(subproblem, range(len(game.encounters)), arrivals)
     assert known is not None
@@ -155,11 +154,11 @@ def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
     weights = objective.social(game)
     rough = best_response_dynamics(game, max_sweeps=1).profile
     before = evaluate(game, rough).weighted(weights)
-    once = polish(game, rough, weights, Budget(None))
+    once = refine(weights, rough, Budget(None))
     after = evaluate(game, once).weighted(weights)
     assert after <= before + 1e-9
     assert evaluate(game, once).feasible
-    twice = polish(game, once, weights, Budget(None))
+    twice = refine(weights, once, Budget(None))
     assert evaluate(game, twice).weighted(weights) == pytest.approx(after, abs=1e-5)
 
 
@@ -168,7 +167,7 @@ def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
 def test_the_bound_from_pairs_is_never_above_the_optimum(name, lam):
     game = make_game(name, lam=lam, gain=0.0)
     best = social_optimum(game, time_limit=60.0)
-    bound = pair_bound(game, objective.social(game), Budget(None))
+    bound = pair_bound(objective.social(game), Budget(None))
     assert bound <= best.value + 1e-6
     assert bound >= sum(agent.lam for agent in game.agents)  # it says something
 
@@ -178,7 +177,9 @@ def test_descent_betters_best_responses_and_repeats_itself():
     best = social_optimum(game)
     values = []
     clocks = [Budget(None, 4000) for _ in range(2)]
-    profiles = [descent(game, "pigou", "ENGINE", clock, 5, values.append) for clock in clocks]
+    profiles = [
+        descent(make_rule(game, "pigou"), "ENGINE", clock, 5, values.append) for clock in clocks
+    ]
     assert profiles[0] == profiles[1]
     assert values == sorted(values[: len(values) // 2], reverse=True) * 2
     assert best.value - 1e-6 <= values[-1] < values[0]

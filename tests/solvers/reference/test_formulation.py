@@ -13,8 +13,8 @@ from solvers.reference.formulation import Program
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 
 
-def solved(game, movers, weights, given=None):
-    program = Program(game, movers, weights)
+def solved(weights, movers, given=None):
+    program = Program(weights, movers)
     program.update(given)
     answer = backend.solve(program.problem, "HIGHS", None)
     assert answer.outcome == "optimal"
@@ -26,7 +26,7 @@ def solved(game, movers, weights, given=None):
 @pytest.mark.parametrize("goal", ["margin", "risk"])
 def test_a_replay_of_the_controls_reproduces_the_programs_means(name, gain, goal):
     game = make_game(name, objective=goal, gain=gain)
-    program = solved(game, range(len(game.agents)), objective.social(game))
+    program = solved(objective.social(game), range(len(game.agents)))
     for i, mover in program.movers.items():
         plan = make_plan(game.agents[i], mover.controls.value)
         until = plan.arrival + 1
@@ -39,7 +39,7 @@ def test_a_replay_of_the_controls_reproduces_the_programs_means(name, gain, goal
 def test_the_margin_programs_own_optimum_is_the_evaluators_cost(name, speed):
     game = make_game(name, objective="margin", speed=speed)
     weights = objective.potential(game)
-    program = solved(game, range(len(game.agents)), weights)
+    program = solved(weights, range(len(game.agents)))
     profile = make_profile(game, [mover.controls.value for mover in program.movers.values()])
     judged = evaluate(game, profile)
     assert judged.feasible
@@ -50,7 +50,7 @@ def test_the_margin_programs_own_optimum_is_the_evaluators_cost(name, speed):
 def test_the_risk_programs_own_optimum_is_below_the_evaluators_cost(name):
     game = make_game(name, objective="risk")
     weights = objective.social(game)
-    program = solved(game, range(len(game.agents)), weights)
+    program = solved(weights, range(len(game.agents)))
     profile = make_profile(game, [mover.controls.value for mover in program.movers.values()])
     assert program.problem.value <= evaluate(game, profile).weighted(weights) + 1e-6
 
@@ -61,7 +61,7 @@ def test_big_m_never_cuts_off_a_plan_that_reaches_its_goal(name, speed):
     # Any plan must satisfy  clear >= unit cap - M  on every face that it does not choose.
     game = make_game(name, speed=speed, horizon=17)
     profile = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
-    program = Program(game, range(len(game.agents)), objective.social(game))
+    program = Program(objective.social(game), range(len(game.agents)))
     program.update(None)
     for part in program.separations:
         i, j = part.encounter.agents
@@ -78,18 +78,18 @@ def test_a_recompiled_and_a_reused_program_find_one_optimum():
     weights = objective.selfish(game, 0)
     straight = [straight_plan(agent, game.horizon) for agent in game.agents]
     late = make_plan(game.agents[1], np.vstack([np.zeros((2, 2)), straight[1].controls[:-2]]))
-    reused = Program(game, (0,), weights)
+    reused = Program(weights, (0,))
     for other in (straight[1], late, straight[1]):
         given = (straight[0], other)
         reused.update(given)
         assert backend.solve(reused.problem, "HIGHS", None).outcome == "optimal"
-        fresh = solved(game, (0,), weights, given)
+        fresh = solved(weights, (0,), given)
         assert reused.problem.value == pytest.approx(fresh.problem.value, abs=1e-6)
 
 
 def test_a_pair_has_one_set_of_faces_and_the_program_follows_dpp():
     game = make_game("intersection3")
-    program = Program(game, range(3), objective.social(game))
+    program = Program(objective.social(game), range(3))
     assert len(program.separations) == 3
-    assert Program(game, (1,), objective.selfish(game, 1)).problem.is_dcp(dpp=True)
+    assert Program(objective.selfish(game, 1), (1,)).problem.is_dcp(dpp=True)
     assert program.problem.is_dcp(dpp=True)
