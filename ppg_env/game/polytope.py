@@ -18,8 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
+from ppg_env.game.hulls import (
+    corners_of_halfspaces,
+    corners_of_points,
+    faces_of,
+    has_interior,
+    in_order,
+)
 from ppg_env.support.frozen import Record, frozen_array
 from ppg_env.support.validation import numbers
 
@@ -81,7 +87,7 @@ class Polytope(Record):
         )
         made = cls("vertices", (frozen_array(array),))
         require(
-            _has_interior(array),
+            has_interior(array),
             "",
             "has vertices that lie in a plane or on a line, so its volume is zero",
             f"give at least {array.shape[1] + 1} points in general position",
@@ -133,10 +139,10 @@ class Polytope(Record):
             angles = 2 * np.pi * np.arange(int(self.params[1])) / int(self.params[1])
             corners = self.params[0] * np.column_stack([np.cos(angles), np.sin(angles)])
         elif self.kind == "vertices":
-            corners = _corners(self.params[0])
+            corners = corners_of_points(self.params[0])
         else:
-            corners = _corners_of_halfspaces(*self.params)
-        return frozen_array(_in_order(corners))
+            corners = corners_of_halfspaces(*self.params)
+        return frozen_array(in_order(corners))
 
     @cached_property
     def faces(self) -> tuple[np.ndarray, np.ndarray]:
@@ -185,93 +191,6 @@ def collision_set(own: Polytope, other: Polytope) -> Polytope:
     """
     sums = (other.vertices[:, None, :] - own.vertices[None, :, :]).reshape(-1, other.dim)
     return Polytope.from_vertices(sums)
-
-
-def faces_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (F, d) and offsets (F,) of conv(vertices), coplanar facets merged.
-
-    Offsets are recomputed as supports, so every vertex satisfies every face exactly.
-    """
-    if vertices.shape[1] == 1:
-        normals = np.array([[1.0], [-1.0]])
-    else:
-        normals = _distinct(_hull(vertices).equations)[:, :-1]
-    return normals, (normals @ vertices.T).max(axis=1)
-
-
-def _distinct(rows: np.ndarray) -> np.ndarray:
-    scale = max(1.0, float(np.abs(rows).max()))
-    kept: list[np.ndarray] = []
-    for row in rows:
-        if all(np.abs(row - other).max() > tol.FACE * scale for other in kept):
-            kept.append(row)
-    return np.array(kept)
-
-
-def _corners(points: np.ndarray) -> np.ndarray:
-    if points.shape[1] == 1:
-        return np.array([[points.min()], [points.max()]])
-    return points[_hull(points).vertices]
-
-
-def _hull(points: np.ndarray) -> Any:
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return ConvexHull(points)
-    except QhullError:
-        raise InputError(
-            "",
-            "has corners that are too close for their size to tell apart",
-            "bring the coordinates near the origin and the corners apart",
-        ) from None
-
-
-def _corners_of_halfspaces(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    from scipy.optimize import linprog
-    from scipy.spatial import HalfspaceIntersection
-
-    lengths = np.linalg.norm(normals, axis=1)
-    dim = normals.shape[1]
-    # Chebyshev centre: the largest ball inside; capped so that an unbounded set still answers.
-    centre = linprog(
-        np.r_[np.zeros(dim), -1.0],
-        A_ub=np.column_stack([normals, lengths]),
-        b_ub=offsets,
-        bounds=[(None, None)] * dim + [(0, 1e6)],
-    )
-    require(
-        centre.status == 0 and centre.x[-1] > tol.FLAT,
-        "",
-        "describes an empty or flat set",
-        "loosen the half-planes until they leave some room",
-    )
-    for direction in np.concatenate([np.eye(dim), -np.eye(dim)]):
-        extent = linprog(-direction, A_ub=normals, b_ub=offsets, bounds=[(None, None)] * dim)
-        require(extent.status == 0, "", "describes an unbounded set", "add half-planes to close it")
-    if dim == 1:
-        limits = offsets / normals[:, 0]
-        return np.array(
-            [[limits[normals[:, 0] < 0].max()], [limits[normals[:, 0] > 0].min()]],
-        )
-    cut = HalfspaceIntersection(np.column_stack([normals, -offsets]), centre.x[:-1])
-    return _corners(cut.intersections)
-
-
-def _in_order(corners: np.ndarray) -> np.ndarray:
-    """Counter-clockwise in the plane (for drawing), as they are elsewhere."""
-    if corners.shape[1] != 2:
-        return corners
-    around = corners - corners.mean(axis=0)
-    return corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]), kind="stable")]
-
-
-def _has_interior(points: np.ndarray) -> bool:
-    centred = points - points.mean(axis=0)
-    if len(points) <= points.shape[1]:
-        return False
-    spread = np.linalg.svd(centred, compute_uv=False)
-    return bool(spread[-1] > tol.FLAT * max(spread[0], tol.FLAT))
 
 
 def _finite(values: Any, name: str, remedy: str) -> np.ndarray:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from ppg_env import InputError, Polytope
-from ppg_env.game.polytope import faces_of
+from ppg_env.game.hulls import faces_of
 from tests.ppg_env.strategies import bodies, controls, halfspaces, hulls, points
 
 CUBE = np.array(list(product([-1.0, 1.0], repeat=3)))

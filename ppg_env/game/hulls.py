@@ -1,0 +1,133 @@
+"""Convex hulls and half-space intersections: faces from vertices, and vertices from faces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.errors import InputError, require
+
+
+def faces_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit normals (F, d) and offsets (F,) of conv(vertices), coplanar facets merged.
+
+    Offsets are recomputed as supports, so every vertex satisfies every face exactly.
+    """
+    if vertices.shape[1] == 1:
+        normals = np.array([[1.0], [-1.0]])
+    else:
+        normals = _distinct(_hull(vertices).equations)[:, :-1]
+    return normals, (normals @ vertices.T).max(axis=1)
+
+
+def _distinct(rows: np.ndarray) -> np.ndarray:
+    scale = max(1.0, float(np.abs(rows).max()))
+    kept: list[np.ndarray] = []
+    for row in rows:
+        if all(np.abs(row - other).max() > tol.FACE * scale for other in kept):
+            kept.append(row)
+    return np.array(kept)
+
+
+def corners_of_points(points: np.ndarray) -> np.ndarray:
+    """Return the extreme points (V, d) of ``points`` (P, d)."""
+    if points.shape[1] == 1:
+        return np.array([[points.min()], [points.max()]])
+    return points[_hull(points).vertices]
+
+
+def _hull(points: np.ndarray) -> Any:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except QhullError:
+        raise _too_close() from None
+
+
+def _too_close() -> InputError:
+    return InputError(
+        "",
+        "has corners that are too close to each other for the size of their coordinates",
+        "bring the coordinates near the origin and the corners apart",
+    )
+
+
+def corners_of_halfspaces(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the vertices (V, d) of { x : normals x <= offsets }.
+
+    Raises
+    ------
+    InputError
+        If the set is empty, flat or unbounded.
+    """
+    centre = _chebyshev_centre(normals, offsets)
+    _require_bounded(normals, offsets)
+    if normals.shape[1] == 1:
+        limits = offsets / normals[:, 0]
+        return np.array(
+            [[limits[normals[:, 0] < 0].max()], [limits[normals[:, 0] > 0].min()]],
+        )
+    return corners_of_points(_intersections(normals, offsets, centre))
+
+
+def _chebyshev_centre(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    from scipy.optimize import linprog
+
+    lengths = np.linalg.norm(normals, axis=1)
+    dim = normals.shape[1]
+    # The radius is capped, so that an unbounded set has a centre too.
+    solution = linprog(
+        np.r_[np.zeros(dim), -1.0],
+        A_ub=np.column_stack([normals, lengths]),
+        b_ub=offsets,
+        bounds=[(None, None)] * dim + [(0, 1e6)],
+    )
+    require(
+        solution.status == 0 and solution.x[-1] > tol.FLAT,
+        "",
+        "describes an empty or flat set",
+        "loosen the half-planes until they leave some room",
+    )
+    return solution.x[:-1]
+
+
+def _require_bounded(normals: np.ndarray, offsets: np.ndarray) -> None:
+    from scipy.optimize import linprog
+
+    dim = normals.shape[1]
+    for direction in np.concatenate([np.eye(dim), -np.eye(dim)]):
+        extent = linprog(-direction, A_ub=normals, b_ub=offsets, bounds=[(None, None)] * dim)
+        require(extent.status == 0, "", "describes an unbounded set", "add half-planes to close it")
+
+
+def _intersections(normals: np.ndarray, offsets: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
+    try:
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            points = HalfspaceIntersection(np.column_stack([normals, -offsets]), inside)
+    except QhullError:
+        raise _too_close() from None
+    if not np.isfinite(points.intersections).all():
+        raise _too_close()
+    return points.intersections
+
+
+def in_order(corners: np.ndarray) -> np.ndarray:
+    """Return ``corners`` counter-clockwise in the plane (for drawing); unchanged elsewhere."""
+    if corners.shape[1] != 2:
+        return corners
+    around = corners - corners.mean(axis=0)
+    return corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]), kind="stable")]
+
+
+def has_interior(points: np.ndarray) -> bool:
+    """Return whether conv(points) of ``points`` (P, d) has volume, within ``tol.FLAT``."""
+    centred = points - points.mean(axis=0)
+    if len(points) <= points.shape[1]:
+        return False
+    spread = np.linalg.svd(centred, compute_uv=False)
+    return bool(spread[-1] > tol.FLAT * max(spread[0], tol.FLAT))
