@@ -87,7 +87,9 @@ def _lams(game: Game) -> np.ndarray:
 def selfish(game: Game, agent: int) -> Objective:
     """Return the agent's own cost J_i."""
     own = np.arange(len(game.agents)) == agent
-    return Objective(game, _lams(game) * own, (1 - game.agents[agent].lam) * membership(game)[agent])
+    return Objective(
+        game, _lams(game) * own, (1 - game.agents[agent].lam) * membership(game)[agent]
+    )
 
 
 def social(game: Game) -> Objective:
