@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import local
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from ppg_env.errors import require
-
-if TYPE_CHECKING:
-    from concurrent.futures import Future
 
 BLOCK = 1024
 """Episodes per block: small enough for the cache, large enough to hide Python's overhead."""
@@ -68,8 +66,6 @@ def over_blocks(
         for number, episodes in jobs:
             yield episodes, function(number, episodes)
         return
-    from concurrent.futures import ThreadPoolExecutor
-
     with ThreadPoolExecutor(workers) as pool:
         waiting: deque[tuple[int, Future[Result]]] = deque()
         for number, episodes in jobs:

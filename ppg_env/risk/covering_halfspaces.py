@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.game.dynamics import square_root
 from ppg_env.risk.crash_events import CrashModel
 
 SLACK = 1e-9
@@ -114,8 +115,6 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
 def _nearest(normals: np.ndarray, room: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """(F,) weights u of the least likely half-space; zero where the nominal point is inside."""
     from scipy.optimize import nnls
-
-    from ppg_env.game.dynamics import square_root
 
     program = np.vstack([-(normals @ square_root(covariance)).T, -room])
     weights, _ = nnls(program, np.append(np.zeros(len(covariance)), 1.0))
