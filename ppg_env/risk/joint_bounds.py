@@ -81,7 +81,8 @@ def _log_rectangle(
 ) -> np.ndarray:
     """Return (...,) log of Pr(low < x < high, below < y < above).
 
-    x and y are standard normals with correlation ``rho``.  With y = rho x + sqrt(1 - rho^2) v, the pair (x, v) is standard normal.
+    x and y are standard normals with correlation ``rho``.  With y = rho x + sqrt(1 - rho^2) v, the
+    pair (x, v) is standard normal.
     """
     same = rho > SAME
     rest = np.sqrt(1 - np.where(same, 0.0, rho) ** 2)
