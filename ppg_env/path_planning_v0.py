@@ -22,10 +22,10 @@ parallel_env = PathPlanningEnv
 
 
 def raw_env(*arguments: Any, **options: Any) -> AECEnv:
-    """The environment as a turn-based (AEC) one; all moves of a step take effect together."""
+    """Return the environment as a turn-based (AEC) one; moves of a step take effect together."""
     return parallel_to_aec(PathPlanningEnv(*arguments, **options))
 
 
 def env(*arguments: Any, **options: Any) -> AECEnv:
-    """:func:`raw_env` with PettingZoo's check of the order of calls."""
+    """Return :func:`raw_env` with PettingZoo's check of the order of calls."""
     return wrappers.OrderEnforcingWrapper(raw_env(*arguments, **options))

@@ -33,7 +33,7 @@ from ppg_env.env.episodes import trajectories
 from ppg_env.env.players import information, track
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
+from ppg_env.risk.importance_sampling import IN_SIGHT, crash_weights
 from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.support.statistics import Estimate, Interval, RareEstimate
 from solvers.solution import Solution
@@ -191,12 +191,8 @@ def _on_schedule(game: Game, profile: Profile, episodes: int, seed: int, workers
     )
     if counts.any >= FEW:
         return played
-    usual, surer = (
-        rare_risk(
-            game, profile, min(episodes, IN_SIGHT), seed, confidence=confidence, workers=workers
-        )
-        for confidence in (CONFIDENCE, level)
-    )
+    weights = crash_weights(game, profile, min(episodes, IN_SIGHT), seed, workers=workers)
+    usual, surer = weights.risk(CONFIDENCE), weights.risk(level)
     return replace(
         played,
         crash=tuple(usual.agents),

@@ -1,6 +1,6 @@
-"""What pictures of episodes are drawn on: the field, and a canvas with smooth edges.
+"""The field and the canvas that pictures of episodes are drawn on.
 
-Everything is drawn SMOOTH times too large and then reduced, which smooths all edges.  Needs the
+Pictures are drawn SMOOTH times too large and then reduced, which smooths all edges.  Needs the
 extra ``render`` (Pillow).
 """
 
@@ -25,19 +25,19 @@ SIDE = 600
 """Pixels of the field's longer side."""
 
 SLIMMEST = 0.6
-"""Least ratio of the field's sides: room to dodge on a straight course, and for the caption."""
+"""Smallest ratio of the field's sides: leaves room to dodge, and for the caption."""
 
 MARGIN = 0.06
-"""Room around starts, goals and obstacles, as a share of the longer side."""
+"""Space around starts, goals and obstacles, as a share of the longer side."""
 
 SMOOTH = 3
-"""Nine samples per pixel; with two per side edges look rough, four cost twice the time."""
+"""Samples per side of a pixel; with two, edges look rough; four take twice the time."""
 
 FONT = 14
 """Height of letters in pixels."""
 
 SMALLEST_LABEL = 12.0
-"""Bodies less wide than this, in pixels, bear no number."""
+"""Bodies narrower than this, in pixels, get no number."""
 
 WHITE, INK, GREY = (255, 255, 255), (40, 40, 40), (150, 150, 150)
 GRID, WALL, WALL_EDGE = (236, 236, 236), (190, 190, 190), (120, 120, 120)
@@ -45,7 +45,7 @@ FLAME, EMBER = (240, 228, 66), (180, 20, 20)
 
 
 class Sheet:
-    """The part of the plane that is drawn, and how it lies on the picture, in pixels."""
+    """The visible part of the plane and its map to pixels of the picture."""
 
     def __init__(self, game: Game) -> None:
         self._dim = game.dim
@@ -63,23 +63,23 @@ class Sheet:
         self._extent = extent
         self._scale = SIDE / extent.max()
         self._corner = (low + high) / 2 + extent * (-0.5, 0.5)  # top left
-        # Even numbers of pixels, as video encoders want them.
+        # Even numbers of pixels, as video encoders require.
         self.width, self.height = (int(2 * round(side * self._scale / 2)) for side in extent)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Pixels (..., 2) of points of the plane; rows of pixels run downwards."""
+        """Return the pixels (..., 2) of points of the plane; rows of pixels run downwards."""
         return (points - self._corner) * (self._scale, -self._scale)
 
     def point(self, position: np.ndarray) -> np.ndarray:
-        """Pixel (2,) of the position in a state."""
+        """Return the pixel (2,) of the position in a state."""
         return self.at(np.array(plane(position[: self._dim]), dtype=np.float64))
 
     def shape(self, vertices: np.ndarray) -> np.ndarray:
-        """Outline (V, 2) of a body around its reference point, in pixels."""
+        """Return the outline (V, 2) of a body around its reference point, in pixels."""
         return outline(vertices) * (self._scale, -self._scale)
 
     def ground(self, game: Game, colours: Sequence[Colour]) -> Canvas:
-        """A new canvas with what never changes: grid, obstacles, start marks, scale."""
+        """Return a new canvas with the static parts: grid, obstacles, start marks, scale."""
         canvas = Canvas(self.width, self.height)
         unit = _round_length(self._extent.max() / 5)
         self._draw_grid(canvas, unit)
@@ -108,36 +108,36 @@ class Sheet:
 
 
 class Canvas:
-    """An image SMOOTH times too large, drawn on in pixels of the picture; colours blend."""
+    """An image SMOOTH times too large; coordinates are pixels of the picture, colours blend."""
 
     def __init__(self, width: int, height: int) -> None:
         from PIL import Image
 
-        self._take(Image.new("RGB", (width * SMOOTH, height * SMOOTH), WHITE))
+        self._set_image(Image.new("RGB", (width * SMOOTH, height * SMOOTH), WHITE))
 
-    def _take(self, image: Image) -> None:
+    def _set_image(self, image: Image) -> None:
         from PIL import ImageDraw
 
         self.image = image
         self._draw = ImageDraw.Draw(image, "RGBA")
 
     def copy(self) -> Canvas:
-        """Another canvas with the same picture on it."""
-        twin = object.__new__(Canvas)
-        twin._take(self.image.copy())
-        return twin
+        """Return another canvas with the same picture on it."""
+        duplicate = object.__new__(Canvas)
+        duplicate._set_image(self.image.copy())
+        return duplicate
 
     def frame(self) -> np.ndarray:
-        """Outline of the whole canvas."""
+        """Return the outline of the whole canvas."""
         width, height = self.image.width / SMOOTH, self.image.height / SMOOTH
         return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
 
     def line(self, points: np.ndarray, colour: Colour, width: float) -> None:
-        """Straight pieces from each of ``points`` (P, 2) to the next."""
+        """Draw straight segments from each of ``points`` (P, 2) to the next."""
         self._draw.line(_flat(points), fill=colour, width=_whole(width))
 
     def polygon(self, points: np.ndarray, fill: Colour | None, edge: Colour, width: float) -> None:
-        """A polygon with corners ``points`` (P, 2)."""
+        """Draw a polygon with corners ``points`` (P, 2)."""
         corners = _flat(points)
         if fill is not None:
             self._draw.polygon(corners, fill=fill)
@@ -152,24 +152,24 @@ class Canvas:
         edge: Colour | None = None,
         width: float = 0.0,
     ) -> None:
-        """A disc, or a ring where there is no ``fill``."""
+        """Draw a disc, or a ring without ``fill``."""
         box = _flat(np.stack([centre - radius, centre + radius]))
         self._draw.ellipse(box, fill=fill, outline=edge, width=_whole(width))
 
     def cross(self, centre: np.ndarray, radius: float, colour: Colour, width: float) -> None:
-        """An upright cross turned by 45 degrees."""
+        """Draw an upright cross turned by 45 degrees."""
         for arm in (np.array([radius, radius]), np.array([radius, -radius])):
             self.line(np.stack([centre - arm, centre + arm]), colour, width)
 
     def text(self, centre: np.ndarray, text: str, colour: Colour) -> None:
-        """Words centred at a point."""
+        """Draw text centred at a point."""
         font = font_of((FONT - 2) * SMOOTH)
         x, y = _flat(centre)
         self._draw.text((x, y), text, fill=colour, font=font, anchor="mm")
 
 
 def hatch(outline: np.ndarray, gap: float) -> list[np.ndarray]:
-    """Segments (2, 2) of the diagonals x + y = k ``gap`` inside a convex ``outline`` (V, 2)."""
+    """Return the diagonals x + y = k ``gap``, as segments, inside a convex ``outline`` (V, 2)."""
     height, following = outline.sum(axis=1), np.roll(outline, -1, axis=0)
     segments = []
     for level in np.arange(np.ceil(height.min() / gap), height.max() / gap) * gap:
@@ -183,14 +183,14 @@ def hatch(outline: np.ndarray, gap: float) -> list[np.ndarray]:
 
 
 def star(spikes: int, outer: float, inner: float) -> np.ndarray:
-    """Corners (2 spikes, 2) of a star around the origin, one spike up."""
+    """Return the corners (2 spikes, 2) of a star around the origin, one spike up."""
     angles = np.pi * np.arange(2 * spikes) / spikes - np.pi / 2
     radii = np.where(np.arange(2 * spikes) % 2, inner, outer)[:, None]
     return radii * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def _round_length(length: float) -> float:
-    """The largest of ..., 1, 2, 5, 10, 20, ... that is not larger than ``length``."""
+    """Return the largest of ..., 1, 2, 5, 10, 20, ... that is not larger than ``length``."""
     decade = 10.0 ** np.floor(np.log10(length))
     return float(max(step * decade for step in (1, 2, 5) if step * decade <= length))
 
@@ -204,31 +204,31 @@ def _whole(width: float) -> int:
 
 
 def rgb(code: str) -> Colour:
-    """The colour of a code such as ``#0072B2``."""
+    """Return the colour of a code such as ``#0072B2``."""
     return tuple(bytes.fromhex(code[1:]))
 
 
 def shade(colour: Colour, share: float) -> Colour:
-    """``share`` of a colour, the rest black: for thin lines, where yellow is too pale."""
+    """Darken a colour to ``share``, the rest black; on thin lines yellow is too pale."""
     return tuple(round(share * c) for c in colour)
 
 
 def mix(colour: Colour, share: float) -> Colour:
-    """``share`` of a colour, the rest white."""
+    """Lighten a colour to ``share``, the rest white."""
     return tuple(round(share * c + (1 - share) * 255) for c in colour)
 
 
 @lru_cache(maxsize=8)
 def font_of(size: int) -> Any:
-    """The font that comes with Pillow, the same on all machines."""
+    """Return the font that comes with Pillow, the same on all machines."""
     from PIL import ImageFont
 
     return ImageFont.load_default(size)
 
 
 def need_pillow() -> None:
-    """Refuse in one sentence where Pillow is missing."""
+    """Raise :class:`InputError` if Pillow is missing."""
     try:
-        import PIL  # noqa: F401 - whether it is there
+        import PIL  # noqa: F401 - only to find out whether it is installed
     except ImportError:
         raise InputError("picture", "needs Pillow", "install path-planning-games[render]") from None

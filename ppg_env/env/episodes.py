@@ -1,9 +1,9 @@
-r"""Players against each other in the environment: arrivals, crashes, expected cost, with intervals.
+r"""Episodes of players in the environment: arrivals, crashes and costs, with intervals.
 
-Episodes run in blocks of copies that all start together; each block's noise comes from the seed
+Episodes run in blocks of copies that all start together.  Each block's noise comes from the seed
 and the block's number alone, so that all players meet the same noise (common random numbers) and
-results do not depend on block order or workers.  Cost is the environment's money: lam per step in
-traffic and (1 - lam) kappa at a crash, whatever reward the game is played for.
+results do not depend on block order or workers.  Costs are lam per step in traffic and
+(1 - lam) kappa at a crash, for any choice of reward.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ COPIES = 4096
 
 @dataclass(frozen=True)
 class Episodes:
-    """Outcome of every episode, in order: (episodes, N) arrays.
+    """Outcomes of episodes, in order: (episodes, N) arrays.
 
     Attributes
     ----------
     arrival : time of arrival; 0 where the agent did not arrive.
-    arrived, crashed : whether it ever did.
-    cost : its total cost.
+    arrived, crashed : whether the agent arrived, or crashed, at any time.
+    cost : total cost of the agent.
     """
 
     arrival: np.ndarray
@@ -43,16 +43,16 @@ class Episodes:
 
     @classmethod
     def joined(cls, groups: Sequence[Episodes]) -> Episodes:
-        """All episodes of several groups, one after the other."""
+        """Return the episodes of several groups, one group after the other."""
         columns = zip(*(vars(group).values() for group in groups), strict=True)
         return cls(*(np.concatenate(column) for column in columns))
 
     def summary(self, confidence: float = 0.95) -> Summary:
-        """Means and proportions with intervals."""
+        """Return means and proportions with intervals."""
         return Summary(
             arrival=[
-                mean_interval(times[there], confidence)
-                for times, there in zip(self.arrival.T, self.arrived.T, strict=True)
+                mean_interval(times[arrived], confidence)
+                for times, arrived in zip(self.arrival.T, self.arrived.T, strict=True)
             ],
             success=[_share(column, confidence) for column in self.arrived.T],
             crash=[_share(column, confidence) for column in self.crashed.T],
@@ -64,8 +64,14 @@ class Episodes:
 
 @dataclass(frozen=True)
 class Summary:
-    """Per agent: ``arrival`` (of those who arrive), ``success``, ``crash``, ``cost``; and for all
-    together ``crash_any`` and ``cost_mean`` (mean over agents), each with its interval.
+    """Summary statistics of episodes, each with its interval.
+
+    Attributes
+    ----------
+    arrival, cost : mean arrival time (over episodes that arrive) and mean cost of each agent.
+    success, crash : probability of each agent to arrive, and to crash.
+    crash_any : probability that any agent crashes.
+    cost_mean : mean cost over agents.
     """
 
     arrival: list[Interval]
@@ -86,7 +92,7 @@ def evaluate(
     rules: Rules | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Episodes:
-    """Let ``players``, one per agent, play ``episodes`` of ``game`` under ``rules``.
+    """Play ``episodes`` of ``game`` under ``rules`` with ``players``, one per agent.
 
     Groups of episodes with the same seed have independent noise.  ``progress`` is called with the
     number of episodes finished since the last call.
@@ -100,16 +106,16 @@ def evaluate(
     require(episodes >= 1, "episodes", f"is {episodes}", "ask for at least one")
     parts = []
     for block in range(-(-episodes // COPIES)):
-        wanted = min(COPIES, episodes - block * COPIES)
-        simulator, random = _block(game, rules, wanted, seed, group, block)
+        copies = min(COPIES, episodes - block * COPIES)
+        simulator, random = _block(game, rules, copies, seed, group, block)
         parts.append(_play(simulator, players, random))
         if progress is not None:
-            progress(wanted)
+            progress(copies)
     return Episodes(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def check_players(game: Game, players: Sequence[Player]) -> None:
-    """Refuse players that are not one per agent."""
+    """Raise :class:`InputError` unless there is one player per agent."""
     require(
         len(players) == len(game.agents),
         "players",
@@ -127,9 +133,9 @@ def trajectories(
     group: int = 0,
     rules: Rules | None = None,
 ) -> np.ndarray:
-    """(episodes, T + 1, N, n) states of up to ``COPIES`` episodes; nan after an agent has left.
+    """Return (episodes, T + 1, N, n) states of up to ``COPIES`` episodes.
 
-    These are the first episodes that :func:`evaluate` plays.
+    States are nan after an agent has left.  The episodes are the first that :func:`evaluate` plays.
     """
     require(1 <= episodes <= COPIES, "episodes", f"is {episodes}", f"ask for 1 to {COPIES}")
     simulator, random = _block(game, rules, episodes, seed, group, 0)
@@ -142,7 +148,7 @@ def trajectories(
 def _block(
     game: Game, rules: Rules | None, copies: int, seed: int, group: int, number: int
 ) -> tuple[Simulator, np.random.Generator]:
-    """Copies of the game and the source of their noise."""
+    """Return copies of the game, reset, and the generator of their noise."""
     starts, noise = np.random.SeedSequence(seed, spawn_key=(group, number)).spawn(2)
     simulator = Simulator(game, rules, copies, starts)
     simulator.reset()
@@ -152,9 +158,9 @@ def _block(
 def play(
     simulator: Simulator, players: Sequence[Player], noises: Iterable[np.ndarray]
 ) -> Iterator[tuple[np.ndarray, Step]]:
-    """Play all copies to their ends; who was in traffic before each step (C, N), and the step.
+    """Play all copies to their ends; yield traffic (C, N) before each step, and the step.
 
-    ``noises`` are the standard normals (C, N, n) of one step after the other.
+    ``noises`` are the standard normals (C, N, n) of successive steps.
     """
     C, N, _ = simulator.state.shape
     sizes = [agent.control_dim for agent in simulator.game.agents]
@@ -173,7 +179,7 @@ def play(
 
 def _noises(simulator: Simulator, random: np.random.Generator) -> Iterator[np.ndarray]:
     C, N, n = simulator.state.shape
-    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes only add episodes
+    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes do not change the first ones
     while simulator.alive.any():
         yield random.standard_normal(out=noise)[:C]
 
@@ -181,18 +187,18 @@ def _noises(simulator: Simulator, random: np.random.Generator) -> Iterator[np.nd
 def _play(
     simulator: Simulator, players: Sequence[Player], random: np.random.Generator
 ) -> tuple[np.ndarray, ...]:
-    """One block from start to end; (C, N) arrival, arrived, crashed, cost."""
+    """Play one block to its end; return (C, N) arrival, arrived, crashed, cost."""
     shape = simulator.status.shape
     arrival, cost = np.zeros(shape), np.zeros(shape)
     arrived = simulator.status == ARRIVED  # at time 0: they started at their goals
     crashed = np.zeros(shape, dtype=bool)
-    crash_price = (1 - simulator.lam) * simulator.game.crash_cost
+    crash_cost = (1 - simulator.lam) * simulator.game.crash_cost
     for traffic, step in play(simulator, players, _noises(simulator, random)):
         live = np.any(step.acting, axis=1, keepdims=True)
-        cost += traffic * simulator.lam + (step.crashed & live) * crash_price
-        fresh = step.arrived & live
-        arrival[fresh] = np.broadcast_to(simulator.clock[:, None], shape)[fresh]
-        arrived |= fresh
+        cost += traffic * simulator.lam + (step.crashed & live) * crash_cost
+        new_arrivals = step.arrived & live
+        arrival[new_arrivals] = np.broadcast_to(simulator.clock[:, None], shape)[new_arrivals]
+        arrived |= new_arrivals
         crashed |= step.crashed & live
     return arrival, arrived, crashed, cost
 
@@ -202,7 +208,7 @@ def _share(hits: np.ndarray, confidence: float) -> Estimate:
 
 
 def mean_interval(values: np.ndarray, confidence: float = 0.95) -> Interval:
-    """The mean of independent values with its normal interval."""
+    """Return the mean of independent values with its normal interval."""
     from scipy.stats import norm
 
     if not values.size:

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 PALETTE = 128
-"""Colours of a GIF; fewer show as steps in the smoothed edges of many agents."""
+"""Colours of a GIF; with fewer, the smoothed edges of many agents show steps."""
 
 
 def write_gif(frames: Iterable[np.ndarray], path: str | Path, fps: float = 4.0) -> Path:
-    """Write pictures (H, W, 3) uint8 of one size as a GIF that plays over and over.
+    """Write pictures (H, W, 3) uint8 of one size as a GIF that loops.
 
     Raises
     ------
@@ -54,10 +54,10 @@ def write_gif(frames: Iterable[np.ndarray], path: str | Path, fps: float = 4.0) 
 
 
 def _indexed(pictures: Sequence[np.ndarray]) -> list[Image]:
-    """The pictures in one palette of the colours that cover most of any one picture.
+    """Reduce the pictures to one palette of the colours that cover most of any one picture.
 
-    One palette keeps still things still.  Areas of one colour keep it exactly, however short they
-    are seen, and only smoothed edges change; Pillow's own methods would tint the areas.
+    One palette avoids flicker.  Areas of one colour keep it exactly, even if they appear only
+    briefly, and only smoothed edges change; Pillow's own methods would tint the areas.
     """
     from PIL import Image
     from scipy.spatial.distance import cdist
@@ -66,21 +66,21 @@ def _indexed(pictures: Sequence[np.ndarray]) -> list[Image]:
     codes, counts = (np.concatenate(part) for part in zip(*counted, strict=True))
     ranked = codes[np.argsort(-counts, kind="stable")]
     first = np.sort(np.unique(ranked, return_index=True)[1])
-    palette, known = _colours(ranked[first[:PALETTE]]), np.unique(codes)
-    nearest = cdist(_colours(known), palette).argmin(axis=1).astype(np.uint8)
+    palette, present = _colours(ranked[first[:PALETTE]]), np.unique(codes)
+    nearest = cdist(_colours(present), palette).argmin(axis=1).astype(np.uint8)
     images = []
     for picture in pictures:
-        images.append(Image.fromarray(nearest[np.searchsorted(known, _codes(picture))]))
+        images.append(Image.fromarray(nearest[np.searchsorted(present, _codes(picture))]))
         images[-1].putpalette(palette.astype(np.uint8).tobytes())
     return images
 
 
 def _codes(picture: np.ndarray) -> np.ndarray:
-    """Colours (H, W, 3) as whole numbers (H, W)."""
+    """Return colours (H, W, 3) as integers (H, W)."""
     red, green, blue = np.moveaxis(picture.astype(np.int32), 2, 0)
     return red << 16 | green << 8 | blue
 
 
 def _colours(codes: np.ndarray) -> np.ndarray:
-    """Colours (K, 3) from whole numbers (K,)."""
+    """Return colours (K, 3) from integers (K,)."""
     return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=1)

@@ -91,12 +91,12 @@ def _restart(
                     for q in range(n):
                         value += root[i, k, q] * noise[c, i, q]
                 state[c, i, k] = value
-            there = schedule[i] <= 0
+            at_goal = schedule[i] <= 0
             if not scheduled:
-                there = True
+                at_goal = True
                 for k in range(goal_size[i]):
-                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
-            if there:
+                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance
+            if at_goal:
                 status[c, i] = ARRIVED
 
 
@@ -170,12 +170,12 @@ def _move(
                     moved[k] = value
                 for k in range(n):
                     state[c, i, k] = moved[k]
-            there = clock[c] >= schedule[i]
+            at_goal = clock[c] >= schedule[i]
             if not scheduled:  # inlined by hand: a call per agent doubles the time of a step
-                there = True
+                at_goal = True
                 for k in range(goal_size[i]):
-                    there = there and abs(state[c, i, k] - goal[i, k]) <= tolerance
-            if there:
+                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance
+            if at_goal:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True
 
@@ -232,7 +232,7 @@ def _settle(
             if not alive[c, i]:
                 continue
             reward[c, i] = -(total if social else time_cost[c, i] + safety_cost[c, i])
-            gone = status[c, i] == CRASHED or (status[c, i] == ARRIVED and not stay)
-            terminated[c, i] = not busy or (gone and not social)
+            left = status[c, i] == CRASHED or (status[c, i] == ARRIVED and not stay)
+            terminated[c, i] = not busy or (left and not social)
             truncated[c, i] = late and not terminated[c, i]
             alive[c, i] = not (terminated[c, i] or truncated[c, i])

@@ -6,7 +6,7 @@ from ppg_env.scenarios.registry import registry
 
 
 def register_environments() -> None:
-    """Register every scenario with PettingZoo; older releases without a registry are left alone."""
+    """Register every scenario with PettingZoo; releases without a registry are skipped."""
     try:
         from pettingzoo import parallel_registry, register
     except ImportError:  # before 1.27

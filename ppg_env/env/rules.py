@@ -1,22 +1,27 @@
-"""How a game is played in the environment: what ends an agent's episode, and what it is paid.
+"""Rules of play: what ends an agent's episode, and which reward it gets.
 
-| rule | choice | meaning |
-| --- | --- | --- |
-| ``arrival`` | ``region`` | an agent arrives when its state is within ``tolerance`` of its goal |
-| | ``schedule`` | agent i arrives at time ``schedule[i]``, wherever it is (the paper's T_i) |
-| ``on_goal`` | ``remove`` | an arrived agent leaves the game and its body with it |
-| | ``stay`` | its body stays parked where it arrived, and others may still crash into it |
-| ``on_crash`` | ``remove`` | crashed agents leave the game |
-| | ``continue`` | they go on; every step that ends in an overlap is a crash |
-| ``reward`` | ``risk`` | -lam per step in traffic, -(1 - lam) kappa at a crash |
-| | ``margin`` | -lam - (1 - lam) sum (M' - s) per step in traffic, s at realised positions |
-| ``sharing`` | ``selfish`` | everybody gets its own reward |
-| | ``social`` | everybody gets the sum of all, and stays to the end of the episode for it |
-| ``saturation`` | ``clip`` | inputs are projected on the control set |
-| | ``none`` | inputs are taken as they are |
+==========================  ======================================================================
+option                      meaning
+==========================  ======================================================================
+``arrival="region"``        an agent arrives when its state is within ``tolerance`` of its goal
+``arrival="schedule"``      agent i arrives at time ``schedule[i]``, wherever it is (the paper's
+                            T_i)
+``on_goal="remove"``        an arrived agent leaves the game and its body is removed
+``on_goal="stay"``          its body stays parked where it arrived; others may still crash into it
+``on_crash="remove"``       crashed agents leave the game
+``on_crash="continue"``     they go on; every step that ends in an overlap is a crash
+``reward="risk"``           -lam per step in traffic, -(1 - lam) kappa at a crash
+``reward="margin"``         -lam - (1 - lam) sum (M' - s) per step in traffic, s at realised
+                            positions
+``sharing="selfish"``       each agent gets its own reward
+``sharing="social"``        each agent gets the sum of all rewards, to the end of the episode
+``saturation="clip"``       inputs are projected on the control set
+``saturation="none"``       inputs are taken as they are
+==========================  ======================================================================
 
-In a step all agents in traffic move, arrivals are settled, then collisions among the bodies that
-are left.  Margins weigh agents in traffic only, with the covariances that the game plans with.
+In a step all agents in traffic move; then arrivals are settled; then collisions among the
+remaining bodies.  Margins count agents in traffic only, with the covariances that the game plans
+with.
 """
 
 from __future__ import annotations
@@ -40,13 +45,13 @@ CHOICES = {
 }
 
 TOLERANCE = 5.0
-"""Half side of the box around the goal that counts as arrived: half a step at the default speed,
-3.6 standard deviations of one step's default noise."""
+"""Half side of the arrival region, a box around the goal: half a step at the default speed, 3.6
+standard deviations of one step's default noise."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """The rules of play; see the module's table.
+    """The rules of play; the module's table lists the choices.
 
     Attributes
     ----------
@@ -104,28 +109,28 @@ class Rules:
             "is given although arrival is 'region'",
             "leave it out, or set arrival to 'schedule'",
         )
-        listed = isinstance(self.schedule, (Sequence, np.ndarray))
-        fits = listed and all(_whole(t, 0) for t in self.schedule)
+        sequence = isinstance(self.schedule, (Sequence, np.ndarray))
+        fits = sequence and all(_whole(t, 0) for t in self.schedule)
         require(fits, "schedule", f"is {self.schedule!r}", "give one whole number per agent")
         object.__setattr__(self, "schedule", tuple(int(t) for t in self.schedule))
 
     def steps(self, game: Game) -> int:
-        """Largest number of steps of an episode."""
+        """Return the largest number of steps of an episode."""
         return 2 * game.horizon if self.max_cycles is None else self.max_cycles
 
 
 def make_rules(game: Game, **options: Any) -> Rules:
-    """Rules from keyword options, checked against the game.
+    """Return the rules from keyword options, checked against the game.
 
     Raises
     ------
     InputError
         If an option is unknown, has a wrong value, or does not fit the number of agents.
     """
-    known = [field.name for field in fields(Rules)]
+    names = [field.name for field in fields(Rules)]
     for key in options:
-        if key not in known:
-            raise InputError(key, "is not an option", "use one of " + ", ".join(known))
+        if key not in names:
+            raise InputError(key, "is not an option", "use one of " + ", ".join(names))
     rules = Rules(**options)
     if rules.schedule is not None:
         require(

@@ -1,7 +1,7 @@
 """One learner against frozen players, as a Gymnasium environment.
 
-The learning analogue of a best response: everybody else's policy is fixed and becomes part of
-the world.  Observations, actions and rewards are those of the learner in
+This is the learning analogue of a best response: the policies of all other agents are fixed and
+become part of the dynamics.  Observations, actions and rewards are those of the learner in
 :class:`ppg_env.env.parallel_env.PathPlanningEnv`.
 """
 
@@ -27,9 +27,9 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     game
         As in :class:`~ppg_env.env.parallel_env.PathPlanningEnv`.
     learner
-        Index of the agent to be controlled.
+        Index of the agent that the actions control.
     players
-        Player of each other agent, by index; those not named fly straight.
+        Player of each other agent, by index; agents without an entry track their straight plans.
     **options
         Rules and overrides, as in :class:`~ppg_env.env.parallel_env.PathPlanningEnv`.
     """
@@ -49,23 +49,22 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.game, self.render_mode = self._env.game, render_mode
         count = len(self.game.agents)
         require(0 <= learner < count, "learner", f"is {learner} of {count}", "count from 0")
-        strange = [i for i in players or {} if not 0 <= i < count or i == learner]
-        require(not strange, "players", f"names agent {strange[:1]}", "name the other agents only")
+        invalid = [i for i in players or {} if not 0 <= i < count or i == learner]
+        require(not invalid, "players", f"names agent {invalid[:1]}", "name the other agents only")
         self.learner, self._name = learner, self._env.possible_agents[learner]
         self._players = {
             i: player for i, player in enumerate(straight_players(self.game)) if i != learner
         } | dict(players or {})
         self.observation_space = self._env.observation_space(self._name)
         self.action_space = self._env.action_space(self._name)
-        self._seen: dict[str, np.ndarray] = {}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; a ``seed`` fixes its noise and that of later ones."""
+        """Start an episode; a ``seed`` fixes the noise of this and of later episodes."""
         super().reset(seed=seed)
-        self._seen, infos = self._env.reset(seed, options)
-        return self._seen[self._name], infos[self._name]
+        observations, infos = self._env.reset(seed, options)
+        return observations[self._name], infos[self._name]
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Play ``action`` against the frozen players."""
@@ -77,12 +76,12 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             name = self._env.possible_agents[i]
             if name in self._env.agents:
                 actions[name] = player.act(self._env.simulator.view(i))[0]
-        self._seen, rewards, ended, cut, infos = self._env.step(actions)
+        observations, rewards, terminated, truncated, infos = self._env.step(actions)
         name = self._name
-        return self._seen[name], rewards[name], ended[name], cut[name], infos[name]
+        return observations[name], rewards[name], terminated[name], truncated[name], infos[name]
 
     def render(self) -> Any:
-        """As the underlying environment."""
+        """Return what the underlying environment renders."""
         return self._env.render()
 
     def close(self) -> None:

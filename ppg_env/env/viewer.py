@@ -1,13 +1,12 @@
-"""Pictures of an episode as it is played: arrays, a window, GIFs.
+"""Pictures of an episode as it is played, as arrays or in a window.
 
-Drawn from bottom to top: grid and obstacles, start marks (rings), trails of realised positions (a
-dot per step, a cross at a crash, a large dot at an arrival), goals (stars: hollow while their
-agent is under way, filled once it has arrived, grey once it is out), bodies with their agent's
-number (parked ones hatched), then the events of the last few steps: rings for arrivals, bursts for
-crashes.  The field never moves, so an agent that leaves it is shown by its number at the border.
+Layers from bottom to top: grid and obstacles; start marks (rings); trails of realised positions
+(a dot per step, a cross at a crash, a large dot at an arrival); goals (stars: hollow while their
+agent is in traffic, filled after its arrival, grey after its crash); bodies with their agent's
+number (parked ones hatched); events of the last few steps (rings for arrivals, bursts for
+crashes).  The field does not move: an agent outside is shown by its number at the border.
 
-Everything is drawn SMOOTH times too large and then reduced, which smooths all edges.  Needs the
-extra ``render`` (Pillow); the window needs ``human`` (pygame-ce) besides.
+Needs the extra ``render`` (Pillow); the window needs ``human`` (pygame-ce) as well.
 """
 
 from __future__ import annotations
@@ -53,13 +52,13 @@ CAPTION = 28
 """Height of the strip above the field, in pixels."""
 
 FAR = 10.0 * SIDE
-"""Whoever is farther away, in pixels, is taken to be here; unstable dynamics know no bounds."""
+"""Positions are clipped to this distance, in pixels, because unstable dynamics are unbounded."""
 
 
 class Moment(NamedTuple):
     """One time of an episode, in pixels.
 
-    points (N, 2); status, arrived, crashed (N,); contacts (K, 2), where bodies overlap.
+    points (N, 2); status, arrived, crashed (N,); contacts (K, 2), the places where bodies overlap.
     """
 
     points: np.ndarray
@@ -70,12 +69,12 @@ class Moment(NamedTuple):
 
 
 class Viewer:
-    """Draws the first copy of a simulator; it shows what has been recorded since time 0.
+    """Draws the first copy of a simulator from what has been recorded since time 0.
 
     Parameters
     ----------
     game
-        What is played; it fixes the field.
+        Game that is played; it fixes the field.
     fps
         Frames per second of the window.
     """
@@ -99,11 +98,11 @@ class Viewer:
         self._shown: Moment | None = None
 
     def record(self, simulator: Simulator) -> None:
-        """Take in where everybody is and what the last step brought; time 0 begins anew."""
+        """Record positions and the outcome of the last step; at time 0 a new recording starts."""
         self._simulator = simulator
         self._time, self._last_time = int(simulator.clock[0]), simulator.max_cycles
         self._parks = simulator.rules.on_goal == "stay"
-        happened = self._time > 0  # at time 0 the flags are those of the episode before
+        happened = self._time > 0  # at time 0 the flags are those of the previous episode
         if not happened:
             self._clear()
         state = np.nan_to_num(simulator.state[0, :, : self._game.dim])  # unstable dynamics overflow
@@ -121,7 +120,7 @@ class Viewer:
         self._crashed |= moment.crashed | (moment.status == CRASHED)
 
     def frame(self) -> np.ndarray:
-        """The picture of the last recorded moment, (H, W, 3) uint8."""
+        """Return the picture of the last recorded moment, (H, W, 3) uint8."""
         from PIL import Image
 
         canvas = self._painted_trails().copy()
@@ -137,7 +136,7 @@ class Viewer:
         return np.array(page)
 
     def show(self) -> None:
-        """Show the picture in a window, and keep the pace; nothing once the user has closed it."""
+        """Show the picture in a window at the frame rate; no effect once the user has closed it."""
         if self._window is None:
             size = self._sheet.width, self._sheet.height + CAPTION
             self._window = Window(self._game.name or "path planning game", size, self._fps)
@@ -153,7 +152,7 @@ class Viewer:
             self._window = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies draw anew, in a window of their own."""
+        """Return the state without canvas and window, which a copy creates for itself."""
         return vars(self) | {"_canvas": None, "_painted": 0, "_window": None}
 
     def _clear(self) -> None:
@@ -164,9 +163,9 @@ class Viewer:
         self._crashed = np.zeros(len(self._game.agents), dtype=np.bool_)
 
     def _contacts(self, points: np.ndarray, overlap: np.ndarray) -> np.ndarray:
-        """For each agent in an overlap the middle of its contacts, those of pairs once.
+        """Return for each agent in an overlap the centre of its contacts, duplicates removed.
 
-        A contact is half-way between two agents, or the agent itself where it meets an obstacle.
+        A contact is half-way between two agents, or at the agent for an obstacle.
         """
         sides = self._sides[overlap]
         middles = points[sides].mean(axis=1)
@@ -177,7 +176,7 @@ class Viewer:
         return np.unique((sums[hit] / counts[hit]).round(3), axis=0)
 
     def _painted_trails(self) -> Canvas:
-        """The canvas with ground and trails, brought up to the last moment."""
+        """Return the canvas with ground and trails up to the last moment."""
         if self._canvas is None:
             self._canvas = self._sheet.ground(self._game, self._inks)
         for k in range(self._painted, len(self._moments)):
@@ -224,7 +223,7 @@ class Viewer:
                 canvas.polygon(outline + place, (*colour, 40), mix(edge, 0.5), 1.2)
 
     def _draw_events(self, canvas: Canvas, age: int) -> None:
-        """What happened ``age`` steps ago; it fades."""
+        """Draw the events of ``age`` steps ago, which fade with age."""
         if age >= len(self._moments):
             return
         moment, left = self._moments[-1 - age], 1.0 - age / EVENT_STEPS
@@ -238,17 +237,17 @@ class Viewer:
             canvas.polygon(burst + place, (*FLAME, int(0.9 * opaque)), (*EMBER, opaque), 1.6)
 
     def _write(self, page: Image) -> None:
-        """Numbers on the bodies that are there, and the caption, onto the finished picture."""
+        """Write the agents' numbers on their bodies, and the caption."""
         from PIL import ImageDraw
 
         draw, moment = ImageDraw.Draw(page), self._moments[-1]
         parked = (moment.status == ARRIVED) & self._parks
-        there = (moment.status == TRAFFIC) | parked | moment.crashed | moment.arrived
+        visible = (moment.status == TRAFFIC) | parked | moment.crashed | moment.arrived
         low, high = np.array([9, CAPTION + 9]), np.array([page.width - 9, page.height - 9])
-        for i in np.flatnonzero(there):
+        for i in np.flatnonzero(visible):
             if 2 * self._radii[i] < SMALLEST_LABEL:
                 continue
-            below = FONT if parked[i] else 0  # beside the goal's star
+            below = FONT if parked[i] else 0  # clear of the goal's star
             place = moment.points[i] + (0, CAPTION + below)
             x, y = np.clip(place, low, high)
             colour = INK if (x, y) == tuple(place) else self._inks[i]  # at the border, its own

@@ -11,7 +11,7 @@ from ppg_env.errors import InputError
 
 
 class Window:
-    """A window of its own for each viewer, so that closing one leaves the others alone."""
+    """The window of one viewer; closing it does not affect other windows."""
 
     def __init__(self, title: str, size: tuple[int, int], fps: float) -> None:
         pygame = _need_display()
@@ -19,7 +19,7 @@ class Window:
         self._clock, self._fps = pygame.time.Clock(), fps
 
     def is_open(self) -> bool:
-        """Whether the user has left it open; closes whatever the user has asked to close."""
+        """Process pending close events and return whether this window is still open."""
         import pygame
 
         for event in pygame.event.get():
@@ -32,7 +32,7 @@ class Window:
         return True
 
     def show(self, picture: np.ndarray, *, wait: bool) -> None:
-        """Put up a picture (H, W, 3), and ``wait`` until the next one is due."""
+        """Show a picture (H, W, 3); with ``wait``, sleep until the next frame is due."""
         import pygame
 
         height, width = picture.shape[:2]
@@ -43,16 +43,16 @@ class Window:
             self._clock.tick(self._fps)
 
     def close(self) -> None:
-        """Close it; closing it twice is harmless."""
+        """Close the window; a second call has no effect."""
         self._window.destroy()
 
 
 def _need_display() -> Any:
-    """The pygame module, with a display to show things on."""
+    """Return the pygame module with an initialised display."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # keep standard output clean
     try:
         import pygame
-        from pygame import Window  # noqa: F401 - which the older pygame has not
+        from pygame import Window  # noqa: F401 - missing in the older pygame
     except ImportError:
         raise InputError(
             "render_mode 'human'", "needs pygame-ce", "install path-planning-games[human]"
@@ -62,7 +62,7 @@ def _need_display() -> Any:
         driver = pygame.display.get_driver()
     except pygame.error:
         driver = "offscreen"
-    # SDL draws into the void where it finds no display, unless it was told to.
+    # Without a display SDL falls back to off-screen drawing, which is an error unless requested.
     if driver == "offscreen" and os.environ.get("SDL_VIDEODRIVER") != "offscreen":
         pygame.display.quit()
         raise InputError(

@@ -1,4 +1,4 @@
-"""Crash probabilities: counted, sampled where they are rare, bounded and computed exactly."""
+"""Crash probabilities: Monte Carlo, rare-event sampling, certified bounds, exact instants."""
 
 import lazy_loader
 

@@ -1,3 +1,5 @@
+from .importance_sampling import CrashWeights as CrashWeights
+from .importance_sampling import crash_weights as crash_weights
 from .importance_sampling import rare_risk as rare_risk
 from .monte_carlo import CrashCounts as CrashCounts
 from .monte_carlo import PairedCounts as PairedCounts

@@ -1,43 +1,41 @@
-"""Blocks of episodes: each has noise of its own, made from the seed and the block's number.
+"""Blocks of episodes, each with its own noise, made from the seed and the block's number.
 
-So results depend neither on the order in which blocks are finished nor on who finishes them, and
-more episodes only add to fewer.
+Results therefore do not depend on the order of the blocks or the number of workers, and a longer
+run contains the episodes of a shorter one.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import local
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from ppg_env.errors import require
 
-if TYPE_CHECKING:
-    from concurrent.futures import Future
-
 BLOCK = 1024
 """Episodes per block: small enough for the cache, large enough to hide Python's overhead."""
 
 AHEAD = 4
-"""Blocks that are under way per worker; bounds the memory, whatever the number of episodes."""
+"""Largest number of pending blocks per worker; bounds the memory for any number of episodes."""
 
 Result = TypeVar("Result")
 
 
 class Scratch:
-    """An array of one shape for each thread, used again by its next block.
+    """An array of one shape for each thread, reused by the thread's next block.
 
-    Asking the system for fresh memory costs more than the normals that are drawn into it.
+    Allocating memory costs more than drawing the normals that fill it.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._shape, self._local = shape, local()
 
     def __call__(self) -> np.ndarray:
-        """The array of the thread that asks, with whatever is in it."""
+        """Return the array of the calling thread, with arbitrary content."""
         if not hasattr(self._local, "array"):
             self._local.array = np.empty(self._shape)
         array: np.ndarray = self._local.array
@@ -45,13 +43,13 @@ class Scratch:
 
 
 def check_request(samples: int, seed: int) -> None:
-    """Refuse a number of samples or a seed that makes no sense."""
+    """Raise :class:`InputError` for less than one sample or a negative seed."""
     require(samples >= 1, "samples", f"is {samples}", "ask for at least one episode")
     require(seed >= 0, "seed", f"is {seed}", "give a number that is not negative")
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:
-    """The noise of one block."""
+    """Return the generator of one block's noise."""
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=key)))
 
 
@@ -60,7 +58,7 @@ def over_blocks(
 ) -> Iterator[tuple[int, Result]]:
     """Yield, in order, each block's number of episodes and ``function(block, episodes)``.
 
-    ``workers`` threads; NumPy and compiled code run in them at the same time.
+    There are ``workers`` threads; NumPy and compiled code run in parallel.
     """
     blocks = -(-samples // BLOCK)
     jobs = ((b, min(BLOCK, samples - b * BLOCK)) for b in range(blocks))
@@ -68,14 +66,12 @@ def over_blocks(
         for number, episodes in jobs:
             yield episodes, function(number, episodes)
         return
-    from concurrent.futures import ThreadPoolExecutor
-
     with ThreadPoolExecutor(workers) as pool:
-        waiting: deque[tuple[int, Future[Result]]] = deque()
+        pending: deque[tuple[int, Future[Result]]] = deque()
         for number, episodes in jobs:
-            waiting.append((episodes, pool.submit(function, number, episodes)))
-            if len(waiting) >= AHEAD * workers:
-                done, future = waiting.popleft()
-                yield done, future.result()
-        for done, future in waiting:
-            yield done, future.result()
+            pending.append((episodes, pool.submit(function, number, episodes)))
+            if len(pending) >= AHEAD * workers:
+                oldest, future = pending.popleft()
+                yield oldest, future.result()
+        for episodes, future in pending:
+            yield episodes, future.result()

@@ -5,13 +5,13 @@ faces with weights u >= 0:
 
     delta in K  implies  a . delta <= b,   a = sum_f u_f normal_f,  b = sum_f u_f offset_f.
 
-The one that is least likely under delta ~ N(nominal, Sigma) touches K in its point nearest to
-the nominal displacement in the metric of Sigma: where a crash is most likely.  A face, then, or
+The least likely of them under delta ~ N(nominal, Sigma) touches K where a crash is most likely:
+at the point nearest to the nominal displacement in the metric of Sigma.  It is a face, or lies
 between faces at a corner.  Least-distance programming finds u (Lawson & Hanson, Solving Least
 Squares Problems, ch. 23).
 
 A step from t-1 to t is covered by two half-spaces with the same a and b: if both ends had
-a . delta > b, so would all points between them.
+a . delta > b, so had all points between them.
 """
 
 from __future__ import annotations
@@ -22,26 +22,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.game.dynamics import square_root
 from ppg_env.risk.crash_events import CrashModel
 
 SLACK = 1e-9
 """Length by which half-spaces are moved outwards: rounding must not leave a crash uncovered."""
 
-
 PROBES = np.linspace(0.0, 1.0, 17)
-"""Where in a step half-spaces are sought for it; the best is taken."""
+"""Shares of a step at which candidate half-spaces are computed; the best one covers the step."""
 
 
 @dataclass(frozen=True, eq=False)
 class HalfSpaces:
-    """C events  normal . (e_a - e_b)(t) <= offset  of the deviations; see :mod:`streams`.
+    """C events  normal . (e_a - e_b)(t) <= offset  of the deviations.
+
+    The processes e are those of :mod:`ppg_env.risk.error_process`.
 
     Attributes
     ----------
-    encounter, times : (C,) whose and when.
+    encounter, times : (C,) encounter and time of each event.
     parties : (C, 2) the processes a and b; b = -1 for none.
-    normals, offsets : (C, d) unit normals and (C,) offsets, infinite for an event that is sure.
-    deviations : (C,) standard deviation of the left side; 1 for an event that is sure.
+    normals, offsets : (C, d) unit normals and (C,) offsets; infinite for a certain event.
+    deviations : (C,) standard deviation of the left side; 1 for a certain event.
     tails : (C,) probability of each.
     responses : (C, T+1, 2, n) covariances of e_a and e_b at all times with the left side over its
         deviation.
@@ -58,21 +60,21 @@ class HalfSpaces:
 
 
 def cover(model: CrashModel) -> HalfSpaces:
-    """Half-spaces of positive probability that contain every crash of ``model``."""
-    found = [h for h in _cover(model) if h.tail > 0]
+    """Return half-spaces of positive probability that cover every crash of ``model``."""
+    halves = [h for h in _cover(model) if h.tail > 0]
     d, n = model.processes.dim, model.processes.loops.shape[1]
     covariances = model.processes.covariances(model.steps)
-    responses = [_responses(model, covariances, h) for h in found]
-    encounter = np.array([h.encounter for h in found], dtype=np.int64)
+    responses = [_responses(model, covariances, h) for h in halves]
+    encounter = np.array([h.encounter for h in halves], dtype=np.int64)
     return HalfSpaces(
         encounter=encounter,
-        times=np.array([h.time for h in found], dtype=np.int64),
+        times=np.array([h.time for h in halves], dtype=np.int64),
         parties=model.processes.parties[encounter],
-        normals=np.array([h.normal for h in found]).reshape(-1, d),
-        offsets=np.array([h.offset for h in found]),
-        deviations=np.array([h.deviation for h in found]),
-        tails=np.array([h.tail for h in found]),
-        responses=np.array(responses).reshape(len(found), model.steps + 1, 2, n),
+        normals=np.array([h.normal for h in halves]).reshape(-1, d),
+        offsets=np.array([h.offset for h in halves]),
+        deviations=np.array([h.deviation for h in halves]),
+        tails=np.array([h.tail for h in halves]),
+        responses=np.array(responses).reshape(len(halves), model.steps + 1, 2, n),
     )
 
 
@@ -91,7 +93,7 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
     for e, parties in enumerate(model.processes.parties):
         total = covariances[:, parties[parties >= 0], :d, :d].sum(axis=1)
         normals, depths = model.faces(e)
-        rooms = depths - model.nominal[e] @ normals.T  # (H+1, F), for deviations
+        rooms = depths - model.nominal[e] @ normals.T  # (H+1, F), offsets for deviations
         last = min(int(model.until[e]), model.game.horizon + 1)
         if not model.swept:
             for t in range(last):
@@ -112,10 +114,8 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
 
 
 def _nearest(normals: np.ndarray, room: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """(F,) weights u of the least likely half-space; zero where the nominal point is inside."""
+    """Return (F,) weights u of the least likely half-space; zero if the nominal point is in K."""
     from scipy.optimize import nnls
-
-    from ppg_env.game.dynamics import square_root
 
     program = np.vstack([-(normals @ square_root(covariance)).T, -room])
     weights, _ = nnls(program, np.append(np.zeros(len(covariance)), 1.0))
@@ -142,12 +142,12 @@ def _half_space(
         return _HalfSpace(
             encounter, time, normal, offset, deviation, float(ndtr(offset / deviation))
         )
-    sure = offset >= 0
-    return _HalfSpace(encounter, time, 0 * normal, np.inf, 1.0, float(sure))
+    certain = offset >= 0
+    return _HalfSpace(encounter, time, 0 * normal, np.inf, 1.0, float(certain))
 
 
 def _responses(model: CrashModel, covariances: np.ndarray, half: _HalfSpace) -> np.ndarray:
-    """(T+1, 2, n) covariances of both processes with the half-space's standard normal."""
+    """Return (T+1, 2, n) covariances of both processes with the half-space's standard normal."""
     T, (_, n, _) = model.steps, model.processes.loops.shape
     result, direction = np.zeros((T + 1, 2, n)), np.zeros(n)
     direction[: half.normal.size] = half.normal / half.deviation

@@ -1,4 +1,4 @@
-"""What is watched in simulated episodes: a profile's mean displacements, laid over deviations."""
+"""Crash events of simulated episodes: a profile's mean displacements plus random deviations."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ppg_env.risk.error_process import ErrorProcesses
 
 @dataclass(frozen=True, eq=False)
 class OverlapRecord:
-    """What a block of episodes showed; N agents, E encounters, times 0..H, B episodes.
+    """Overlaps in a block of episodes; N agents, E encounters, times 0..H, B episodes.
 
     Attributes
     ----------
     times : (E, H+1) episodes in which each encounter overlapped at each time.
     first_times : (E, H+1) those in which it did for the first time.
-    first_any : (H+1,) episodes whose first overlap, whoever's, was at each time.
-    met : (E, B) which encounters overlapped at all.
-    crashed : (N, B) which agents did.
+    first_any : (H+1,) episodes whose first overlap of any encounter was at each time.
+    met : (E, B) whether the encounter overlapped at any time.
+    crashed : (N, B) whether the agent did.
     """
 
     times: np.ndarray
@@ -40,16 +40,17 @@ class OverlapRecord:
 
 @dataclass(frozen=True, eq=False)
 class CrashModel:
-    """A profile of ``game`` on its schedule, in the form that the compiled loops read.
+    """A profile of ``game`` on its schedule, as arrays for the compiled loops.
 
     Attributes
     ----------
-    processes : the deviations that it is laid over.
-    until : (E,) time at which each encounter leaves traffic.
+    processes : the deviations from the means.
+    until : (E,) first time at which each encounter is out of traffic.
     nominal : (E, H+1, d) mean displacements.
     normals, depths : faces of all collision sets, those of encounter e from ``first_face[e]`` on;
         depths are offsets less the tolerance within which bodies only touch.
-    swept : whether steps are watched, on straight lines from instant to instant, or instants.
+    swept : whether overlaps count during steps, on straight lines from instant to instant, or at
+        instants only.
     """
 
     game: Game
@@ -67,7 +68,7 @@ class CrashModel:
         return min(int(self.until.max(initial=1)) - 1 + self.swept, self.game.horizon)
 
     def faces(self, encounter: int) -> tuple[np.ndarray, np.ndarray]:
-        """Normals and depths of one collision set."""
+        """Return the normals and depths of one collision set."""
         rows = slice(*self.first_face[encounter : encounter + 2])
         return self.normals[rows], self.depths[rows]
 
@@ -87,7 +88,7 @@ class CrashModel:
 def make_crash_model(
     game: Game, profile: Profile, processes: ErrorProcesses, *, swept: bool = False
 ) -> CrashModel:
-    """Lay ``profile`` over the deviations of ``processes``."""
+    """Return the crash model of ``profile`` with the deviations of ``processes``."""
     faces = collision_faces(game)
     return CrashModel(
         game=game,

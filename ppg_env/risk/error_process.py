@@ -2,10 +2,10 @@ r"""Deviations of noisy closed loops from their means, as independent linear pro
 
     e_{t+1} = F e_t + w_t,   w_t ~ N(0, noise),   e_0 ~ N(0, sigma0),   F = A - B gain
 
-whatever the plan, so they are drawn once and laid over the means.  Every agent is a process of
-its own.  Two agents with equal F and nobody else to meet are one, since only the difference of
-their deviations matters: it follows the same F with the sum of their noises, and needs half of
-the normals.
+for every plan, so they are drawn once and added to the means.  Every agent is one process.  Two
+agents with equal F that can collide with nothing else are merged into one process, because only
+the difference of their deviations matters: it follows the same F with the sum of their noises,
+and needs half of the normals.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class ErrorProcesses:
     loops : (S, n, n) error dynamics F.
     noise, sigma0 : (S, n, n) covariances of a step and of the start.
     parties : (E, 2) processes a and b of each encounter, whose displacement deviates by
-        e_a - e_b; b = -1 stands for none.
-    dim : position components, the first of each process.
+        e_a - e_b; b = -1 for none.
+    dim : number d of position components, the first ones of each process.
     """
 
     loops: np.ndarray
@@ -52,7 +52,7 @@ class ErrorProcesses:
         return out
 
     def scratch(self, steps: int) -> Scratch:
-        """Room for a block of deviations at times 0..``steps``."""
+        """Return scratch memory for a block of deviations at times 0..``steps``."""
         return Scratch((steps + 1, *self.loops.shape[:2], BLOCK))
 
     @cached_property
@@ -60,7 +60,7 @@ class ErrorProcesses:
         return [np.stack([square_root(m) for m in c]) for c in (self.noise, self.sigma0)]
 
     def covariances(self, steps: int) -> np.ndarray:
-        """(steps + 1, S, n, n) covariances of each process at times 0..``steps``."""
+        """Return (steps + 1, S, n, n) covariances of each process at times 0..``steps``."""
         result = np.empty((steps + 1, *self.loops.shape))
         result[0] = self.sigma0
         for t in range(steps):
@@ -69,7 +69,7 @@ class ErrorProcesses:
 
 
 def error_processes(game: Game, *, merge: bool = True) -> ErrorProcesses:
-    """The processes of ``game``; with ``merge`` two agents are one where that is possible."""
+    """Return the processes of ``game``; ``merge`` two agents into one process where possible."""
     agents, n = game.agents, max(agent.state_dim for agent in game.agents)
     loops, noise, sigma0 = (np.zeros((len(agents), n, n)) for _ in range(3))
     for i, agent in enumerate(agents):
@@ -83,7 +83,7 @@ def error_processes(game: Game, *, merge: bool = True) -> ErrorProcesses:
 
 
 def mergeable(game: Game) -> bool:
-    """Whether there are two agents with equal error dynamics and no obstacle."""
+    """Return whether there are two agents with equal error dynamics and no obstacle."""
     if len(game.agents) != 2 or game.obstacles:
         return False
     first, second = (agent.closed_loop for agent in game.agents)

@@ -1,13 +1,14 @@
 r"""A lower bound on the probability that two jointly Gaussian displacements both lie in their sets.
 
 Canonical coordinates x = P' La^-1 (X - mean), y = Q' Lb^-1 (Y - mean), with La La' and Lb Lb' the
-covariances and P diag(rho) Q' = La^-1 cov(X, Y) Lb^-T, are independent but for rho_k between x_k
-and y_k.  Disjoint boxes a_1, a_2, ... inside the first set and b_1, ... inside the second then give
+covariances and P diag(rho) Q' = La^-1 cov(X, Y) Lb^-T, are independent except for rho_k between
+x_k and y_k.  Disjoint boxes a_1, a_2, ... inside the first set and b_1, ... inside the second
+then give
 
     Pr(X in A, Y in B)  >=  sum_lm prod_k Pr(x_k in a_lk, y_k in b_mk).
 
 Each factor is the standard normal probability of a parallelogram.  A set that is a box in these
-coordinates, as all are with boxes and independent axes, is its own only box: the bound is exact.
+coordinates, as every box with independent axes is, is filled by one box: the bound is exact.
 """
 
 from __future__ import annotations
@@ -24,17 +25,17 @@ GRID = {
     2: (-3.5, -1.6, -0.7, -0.2, 0.0, 0.2, 0.7, 1.6, 3.5),
     3: (-2.5, -0.5, 0.0, 0.5, 2.5),
 }
-"""Where boxes are cut across, in deviations from the point of the set nearest to the mean, by
-dimension: finer there, where the mass is if that point is a corner; it gets thin beyond."""
+"""Cuts between boxes by dimension, in deviations from the point of the set nearest to the mean.
+They are finer near that point, where the mass is if it is a corner."""
 
 SAME, SLACK = 1 - 1e-12, 1e-5
-"""Variables with a correlation above SAME differ by less than SLACK, but for a chance of 1e-11."""
+"""Variables with a correlation above SAME differ by less than SLACK with probability 1 - 1e-11."""
 
 FAINT = 9.0
-"""Pairs of boxes that may hold no more than exp(-FAINT) of what the best pair may are left out."""
+"""Pairs of boxes with less than exp(-FAINT) of the best pair's largest probability are left out."""
 
 SHY = 1e-6
-"""Share that is taken off every bound, well above all numerical error."""
+"""Relative reduction of every bound, well above all numerical error."""
 
 
 def log_joint_bound(
@@ -43,7 +44,7 @@ def log_joint_bound(
     covariances: tuple[np.ndarray, np.ndarray],
     cross: np.ndarray,
 ) -> np.ndarray:
-    """(B,) lower bounds on log Pr(X in A, Y in B) for the ``sets`` A and B.
+    """Return (B,) lower bounds on log Pr(X in A, Y in B) for the ``sets`` A and B.
 
     Parameters
     ----------
@@ -52,16 +53,16 @@ def log_joint_bound(
     cross
         (B, d, d) covariance of X with Y.
     """
-    inverses = [np.linalg.inv(np.linalg.cholesky(one)) for one in covariances]
+    inverses = [np.linalg.inv(np.linalg.cholesky(matrix)) for matrix in covariances]
     left, rho, right = np.linalg.svd(inverses[0] @ cross @ _transposed(inverses[1]))
     maps = [_transposed(left) @ inverses[0], right @ inverses[1]]
-    free = np.ptp(rho, axis=1) <= tol.FACE  # both may then be turned together
+    free = np.ptp(rho, axis=1) <= tol.FACE  # the same rotation of both then changes nothing
     if free.any():
         turn = _to_best_face(sets[0], means[0], maps[0])
         turn[~free] = np.eye(sets[0].dim)
-        maps = [turn @ one for one in maps]
+        maps = [turn @ matrix for matrix in maps]
     (low, high), (below, above) = (
-        _inner_boxes(*one) for one in zip(sets, means, maps, strict=True)
+        _inner_boxes(*arguments) for arguments in zip(sets, means, maps, strict=True)
     )
     pairs = (low[:, :, None], high[:, :, None], below[:, None], above[:, None])
     low, high, below, above = np.broadcast_arrays(*pairs)  # (B, boxes of A, boxes of B, d)
@@ -78,9 +79,10 @@ def log_joint_bound(
 def _log_rectangle(
     rho: np.ndarray, low: np.ndarray, high: np.ndarray, below: np.ndarray, above: np.ndarray
 ) -> np.ndarray:
-    """(...,) log of Pr(low < x < high, below < y < above) for standard normals correlated ``rho``.
+    """Return (...,) log of Pr(low < x < high, below < y < above).
 
-    With y = rho x + sqrt(1 - rho^2) v, the pair (x, v) is standard normal.
+    x and y are standard normals with correlation ``rho``.  With y = rho x + sqrt(1 - rho^2) v, the
+    pair (x, v) is standard normal.
     """
     same = rho > SAME
     rest = np.sqrt(1 - np.where(same, 0.0, rho) ** 2)
@@ -92,48 +94,48 @@ def _log_rectangle(
     return np.where(same, shared, apart)
 
 
-def _to_best_face(one: Polytope, means: np.ndarray, maps: np.ndarray) -> np.ndarray:
-    """(B, d, d) reflections that take the normal of the face farthest from the mean to an axis."""
-    normals, rooms = _faces(one, means, maps)
+def _to_best_face(body: Polytope, means: np.ndarray, maps: np.ndarray) -> np.ndarray:
+    """Return (B, d, d) reflections that map the normal of the best face to an axis."""
+    normals, rooms = _faces(body, means, maps)
     axis = np.take_along_axis(normals, rooms.argmin(axis=1)[:, None, None], axis=1)[:, 0]
-    target = np.eye(one.dim)[np.abs(axis).argmax(axis=1)]  # the axis that is nearest already
+    target = np.eye(body.dim)[np.abs(axis).argmax(axis=1)]  # the nearest axis
     target = target * np.sign((axis * target).sum(axis=1))[:, None]
     mirror = axis - target
     length = (mirror**2).sum(axis=1)[:, None, None]
     outer = mirror[:, :, None] * mirror[:, None, :]
-    return np.eye(one.dim) - np.divide(
+    return np.eye(body.dim) - np.divide(
         2 * outer, length, out=np.zeros_like(outer), where=length > 0
     )
 
 
-def _faces(one: Polytope, means: np.ndarray, maps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (B, F, d) and distances (B, F) of a set's faces after x = map (X - mean)."""
-    normals = one.normals @ np.linalg.inv(maps)
-    rooms = one.offsets - means @ one.normals.T
+def _faces(body: Polytope, means: np.ndarray, maps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit normals (B, F, d) and distances (B, F) of faces after x = map (X - mean)."""
+    normals = body.normals @ np.linalg.inv(maps)
+    rooms = body.offsets - means @ body.normals.T
     length = np.linalg.norm(normals, axis=-1)
     return normals / length[..., None], rooms / length
 
 
 def _inner_boxes(
-    one: Polytope, means: np.ndarray, maps: np.ndarray
+    body: Polytope, means: np.ndarray, maps: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Corners low and high (B, M, d) of disjoint boxes inside the image of a set.
+    """Return corners low and high (B, M, d) of disjoint boxes inside the image of a set.
 
-    The columns over a grid across the first axis, cut where all corners of a cell are inside; by
-    convexity the column then is.  Boxes with low >= high somewhere are empty.
+    The boxes are columns along the first axis over the cells of a grid, cut where all corners of
+    the cell are inside; by convexity the column is inside too.  Boxes with low >= high are empty.
     """
-    corners = (one.vertices - means[:, None]) @ _transposed(maps)
-    normals, rooms = _faces(one, means, maps)
+    corners = (body.vertices - means[:, None]) @ _transposed(maps)
+    normals, rooms = _faces(body, means, maps)
     bottom, top = corners.min(axis=1), corners.max(axis=1)
     if all(map(is_box, normals)):
         return bottom[:, None], top[:, None]
-    cuts = np.array(GRID[one.dim])[:, None] + _nearest(one, corners, normals, rooms)[:, None, 1:]
+    cuts = np.array(GRID[body.dim])[:, None] + _nearest(body, corners, normals, rooms)[:, None, 1:]
     cuts = np.clip(cuts, bottom[:, None, 1:], top[:, None, 1:])  # (B, G, d - 1)
     batch, count, across = cuts.shape
     start, end = _chords(normals, rooms, _lattice(cuts))
     start, end = (ends.reshape(batch, *[count] * across) for ends in (start, end))
     before, after = np.arange(count - 1), np.arange(1, count)
-    for axis in range(1, across + 1):  # of a cell's corners the one that is worst
+    for axis in range(1, across + 1):  # the most restrictive corner of each cell
         start = np.maximum(start.take(before, axis), start.take(after, axis))
         end = np.minimum(end.take(before, axis), end.take(after, axis))
     low = [start.reshape(batch, -1, 1), _lattice(cuts[:, :-1])]
@@ -142,7 +144,7 @@ def _inner_boxes(
 
 
 def _lattice(cuts: np.ndarray) -> np.ndarray:
-    """(B, G^k, k) all points whose coordinates are in ``cuts`` (B, G, k)."""
+    """Return (B, G^k, k) all points whose coordinates are in ``cuts`` (B, G, k)."""
     count, across = cuts.shape[1:]
     index = np.indices([count] * across).reshape(across, -1)
     return np.stack([cuts[:, index[k], k] for k in range(across)], axis=-1)
@@ -151,9 +153,9 @@ def _lattice(cuts: np.ndarray) -> np.ndarray:
 def _chords(
     normals: np.ndarray, rooms: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the first axis enters and leaves a set at ``places`` (B, P, d - 1).
+    """Return where lines along the first axis at ``places`` (B, P, d - 1) enter and leave a set.
 
-    Where it never does, the start is beyond the end.
+    For a line that misses the set, the start is beyond the end.
     """
     slope = normals[:, None, :, 0]
     left = rooms[:, None] - places @ _transposed(normals[..., 1:])  # (B, P, F)
@@ -166,11 +168,11 @@ def _chords(
 
 
 def _nearest(
-    one: Polytope, corners: np.ndarray, normals: np.ndarray, rooms: np.ndarray
+    body: Polytope, corners: np.ndarray, normals: np.ndarray, rooms: np.ndarray
 ) -> np.ndarray:
-    """(B, d) the point of a set nearest to the origin, or close to it."""
+    """Return (B, d) the point of a set nearest to the origin, approximately."""
     count = np.arange(len(corners[0]))
-    rims = np.column_stack([count, np.roll(count, -1)]) if one.dim == 2 else surface(one)[:, :2]
+    rims = np.column_stack([count, np.roll(count, -1)]) if body.dim == 2 else surface(body)[:, :2]
     first, second = corners[:, rims[:, 0]], corners[:, rims[:, 1]]
     along = second - first
     share = -(first * along).sum(axis=-1) / (along**2).sum(axis=-1)

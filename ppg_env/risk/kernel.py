@@ -1,8 +1,8 @@
-"""Compiled loops of the simulation of plans: draw deviations, find overlaps.
+"""Compiled loops of the simulation of plans: draw deviations, find overlaps, measure margins.
 
 Deviations are (T+1, S, n, B): times, processes, components, episodes.  Episodes come last, unlike
-elsewhere, so that the innermost loops run over them and use vector instructions.  All release the
-interpreter, so that blocks run in threads side by side.
+elsewhere, so that the innermost loops run over them and use vector instructions.  All functions
+release the interpreter lock, so that blocks run in parallel threads.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def overlaps(
     most = 0
     for e in range(E):
         most = max(most, first_face[e + 1] - first_face[e])
-    anybody = np.zeros(B, np.bool_)
-    beyond = np.empty((2, E, most, B))  # by how much each face is cleared, now and a step ago
+    crashed = np.zeros(B, np.bool_)
+    beyond = np.empty((2, E, most, B))  # distance beyond each face, now and one step ago
     inside, rooms = np.empty(B, np.bool_), np.empty(most)
     for t in range(errors.shape[0]):
         for e in range(E):
@@ -83,14 +83,14 @@ def overlaps(
                 if not met[e, b]:
                     met[e, b] = True
                     first_times[e, t] += 1
-                if not anybody[b]:
-                    anybody[b] = True
+                if not crashed[b]:
+                    crashed[b] = True
                     first_any[t] += 1
 
 
 @njit(cache=True, nogil=True)
 def clear(errors, t, first, second, normals, rooms, out):
-    """How far beyond each face, ``out`` (F, B) = normal . (e_a - e_b)(t) - room."""
+    """Write the distance beyond each face: ``out`` (F, B) = normal . (e_a - e_b)(t) - room."""
     for f in range(len(normals)):
         row = out[f]
         row[:] = -rooms[f]
@@ -103,7 +103,7 @@ def clear(errors, t, first, second, normals, rooms, out):
 
 @njit(cache=True, nogil=True)
 def _contain(beyond, inside):
-    """Whether a point is beyond no face."""
+    """Flag the episodes in which a point is beyond no face."""
     inside[:] = True
     for f in range(len(beyond)):
         for b in range(inside.size):
@@ -112,19 +112,19 @@ def _contain(beyond, inside):
 
 @njit(cache=True, nogil=True)
 def _enter(before, now, inside):
-    """Whether the segment between two points meets the polytope (Cyrus & Beck's clipping)."""
+    """Flag segments between two points that meet the polytope (Cyrus & Beck's clipping)."""
     for b in range(inside.size):
-        start, end, there = 0.0, 1.0, True
+        start, end, hit = 0.0, 1.0, True
         for f in range(len(now)):
             p, q = before[f, b], now[f, b]
             if p > 0.0 and q > 0.0:
-                there = False
+                hit = False
                 break
             if p > 0.0:
                 start = max(start, p / (p - q))
             elif q > 0.0:
                 end = min(end, p / (p - q))
-        inside[b] = there and start <= end
+        inside[b] = hit and start <= end
 
 
 @njit(cache=True, nogil=True)
@@ -135,7 +135,7 @@ def _add(row, factor, other):
 
 @njit(cache=True, nogil=True)
 def condition(errors, which, wanted, parties, times, normals, deviations, responses):
-    """Shift each episode so that its own component gets the ``wanted`` value.
+    """Shift each episode so that its component ``which`` takes the ``wanted`` value.
 
     Component c is the standard normal y = normal . (e_a - e_b)(t) / deviation; ``responses``
     (C, T+1, 2, n) are the covariances of e_a and e_b with it, at all times.  Adding
@@ -145,10 +145,10 @@ def condition(errors, which, wanted, parties, times, normals, deviations, respon
         c = which[b]
         first, second, value = parties[c, 0], parties[c, 1], 0.0
         for k in range(normals.shape[1]):
-            there = errors[times[c], first, k, b]
+            difference = errors[times[c], first, k, b]
             if second >= 0:
-                there -= errors[times[c], second, k, b]
-            value += normals[c, k] * there
+                difference -= errors[times[c], second, k, b]
+            value += normals[c, k] * difference
         shift = wanted[b] - value / deviations[c]
         for t in range(errors.shape[0]):
             for k in range(errors.shape[2]):
@@ -159,7 +159,7 @@ def condition(errors, which, wanted, parties, times, normals, deviations, respon
 
 @njit(cache=True, nogil=True)
 def densities(errors, parties, times, normals, offsets, rates, out):
-    """Add to ``out`` (B,) the rates of the half-spaces that each episode lies in."""
+    """Add to ``out`` (B,) the rates of the half-spaces that contain the episode."""
     beyond = np.empty((1, errors.shape[3]))
     for c in range(times.size):
         clear(errors, times[c], parties[c, 0], parties[c, 1], normals[c : c + 1],
@@ -170,17 +170,17 @@ def densities(errors, parties, times, normals, offsets, rates, out):
 
 @njit(cache=True, nogil=True)
 def approach(axes, state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
-    """Lower ``closest`` (C,) to the smallest margin of the bodies that might collide now.
+    """Lower ``closest`` (C,) to the smallest margin of the bodies that can collide now.
 
-    As the environment sees them after a step (:mod:`ppg_env.env.kernel`): pairs with one in traffic
-    and the other in traffic or parked, agents in traffic and obstacles.
+    These are, as in :mod:`ppg_env.env.kernel`, pairs of one agent in traffic and another in traffic
+    or parked, and agents in traffic with obstacles.
     """
     for c in range(closest.size):
         row = min(clock[c], units.shape[0] - 1)
         for e in range(pair.shape[0]):
             i, j = pair[e, 0], pair[e, 1]
             first, second = status[c, i], status[c, j] if j >= 0 else TRAFFIC
-            parked = stay and j >= 0 and first + second == ARRIVED  # one of them, the other moves
+            parked = stay and j >= 0 and first + second == ARRIVED  # one parked, one in traffic
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
             best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],

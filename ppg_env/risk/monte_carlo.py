@@ -3,12 +3,12 @@ r"""Monte Carlo of a profile's noisy closed loop, on its schedule.
     x_{t+1} = A x_t + B u_t + w_t,  u_t = ubar_t - gain (x_t - xbar_t),  w_t ~ N(0, noise)
 
 An agent crashes in an episode if, at any time in traffic, it overlaps another agent or an
-obstacle (touching is no overlap); it is not removed then, so that the counted event is the one
-the union bound is about.  *Swept* counts look between the instants too: displacements move on
-straight lines within a step, and a step counts if it begins in traffic.
+obstacle (touching is no overlap).  Crashed agents are not removed, so that the counted event is
+that of the union bound.  *Swept* counts include overlaps between the instants: displacements move
+on straight lines within a step, and a step counts if it begins in traffic.
 
-Episodes come in blocks with noise of their own: results do not depend on workers, and profiles
-of one game are compared under the same noise.  Memory does not grow with the number of episodes.
+Episodes run in blocks, each with its own noise: results do not depend on the number of workers,
+and profiles of one game meet the same noise.  Memory does not grow with the number of episodes.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from ppg_env.support.statistics import Estimate, Interval, difference, proportio
 
 @dataclass(frozen=True, eq=False)
 class CrashCounts:
-    """Episodes with a crash, of ``samples``.  N agents, E encounters, times 0..H.
+    """Counts of crashes in ``samples`` episodes.  N agents, E encounters, times 0..H.
 
     Attributes
     ----------
     agents : (N,) episodes in which each agent crashed.
-    times : (E, H+1) episodes in which each encounter overlapped at each time; swept, in the step
-        that ends then.
+    times : (E, H+1) episodes in which each encounter overlapped at each time; if swept, in the
+        step that ends then.
     first_times : (E, H+1) those in which it did for the first time.
-    first_any : (H+1,) episodes whose first crash, whoever's, was at each time.
+    first_any : (H+1,) episodes whose first crash of any agent was at each time.
     """
 
     samples: int
@@ -50,34 +50,34 @@ class CrashCounts:
 
     @property
     def any(self) -> int:
-        """Episodes in which anybody crashed."""
+        """Episodes in which any agent crashed."""
         return int(self.first_any.sum())
 
     @property
     def encounters(self) -> np.ndarray:
-        """(E,) episodes in which each encounter overlapped, once or more."""
+        """(E,) episodes in which each encounter overlapped at least once."""
         return self.first_times.sum(axis=1)
 
     def __add__(self, other: CrashCounts) -> CrashCounts:
         return CrashCounts(*map(add, vars(self).values(), vars(other).values()))
 
     def estimates(self, confidence: float = 0.95) -> tuple[list[Estimate], Estimate]:
-        """Crash probability of each agent, and of any of them."""
+        """Return the crash probability of each agent, and of any of them."""
         return self.each(self.agents, confidence), proportion(self.any, self.samples, confidence)
 
     def each(self, hits: np.ndarray, confidence: float = 0.95) -> list[Estimate]:
-        """The probability behind each of ``hits``, such as ``encounters`` or ``first_any``."""
+        """Return the probability of each of ``hits``, such as ``encounters`` or ``first_any``."""
         return [proportion(int(count), self.samples, confidence) for count in hits]
 
 
 @dataclass(frozen=True, eq=False)
 class PairedCounts:
-    """The same episodes counted twice: for two profiles, or at instants and swept.
+    """Two counts of the same episodes: for two profiles, or at instants and swept.
 
     Attributes
     ----------
-    first, second : either count.
-    only_first, only_second : (N+1,) episodes in which the agent (last: anybody) crashed in one
+    first, second : the two counts.
+    only_first, only_second : (N+1,) episodes in which the agent (last: any agent) crashed in one
         of them and not in the other.
     """
 
@@ -90,12 +90,12 @@ class PairedCounts:
         return PairedCounts(*map(add, vars(self).values(), vars(other).values()))
 
     def differences(self, confidence: float = 0.95) -> tuple[list[Interval], Interval]:
-        """Second less first crash probability, of each agent and of any of them."""
-        *each, anybody = (
+        """Return second minus first crash probability, of each agent and of any of them."""
+        *each, any_agent = (
             difference(int(more), int(less), self.first.samples, confidence)
             for more, less in zip(self.only_second, self.only_first, strict=True)
         )
-        return each, anybody
+        return each, any_agent
 
 
 Counts = TypeVar("Counts", CrashCounts, PairedCounts)
@@ -116,11 +116,11 @@ def crash_counts(
     Parameters
     ----------
     samples, seed
-        Number of episodes; the seed fixes every one of them.
+        Number of episodes; the seed fixes all of them.
     swept
-        Count overlaps during the steps, rather than at the instants only.
+        Whether overlaps count during the steps, instead of at the instants only.
     workers
-        Threads; the compiled loops run side by side.
+        Number of threads.
     progress
         Called with the number of episodes finished since the last call.
 
@@ -149,16 +149,16 @@ def paired_counts(
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> PairedCounts:
-    """Count two profiles' crashes under common random numbers, or one's in two ways.
+    """Count the crashes of two profiles under common random numbers, or of one in two ways.
 
-    Both meet the same standard normals; their games may differ in anything but the number of
-    agents and of their states.  ``swept`` says which of them is swept; the rest is as in
+    Both meet the same standard normals.  Their games may differ, except in the number of agents
+    and of their states.  ``swept`` says which count is swept; other arguments are those of
     :func:`crash_counts`.
 
     Raises
     ------
     InputError
-        If the agents do not correspond, or as in :func:`crash_counts`.
+        If the agents do not correspond, or for the reasons of :func:`crash_counts`.
     """
     games = (first[0], second[0])
     sizes = [[agent.state_dim for agent in game.agents] for game in games]
@@ -170,29 +170,28 @@ def paired_counts(
     )
     merge = all(mergeable(game) for game in games)
     models = [
-        make_crash_model(game, profile, error_processes(game, merge=merge), swept=look)
-        for (game, profile), look in zip((first, second), swept, strict=True)
+        make_crash_model(game, profile, error_processes(game, merge=merge), swept=sweep)
+        for (game, profile), sweep in zip((first, second), swept, strict=True)
     ]
     starts = any(model.processes.sigma0.any() for model in models)
     steps, shared = max(model.steps for model in models), games[0] is games[1]
-    rooms = [model.processes.scratch(steps) for model in models]
+    scratches = [model.processes.scratch(steps) for model in models]
 
     def block(number: int, episodes: int) -> PairedCounts:
-        one = models[0].processes.draw(generator(seed, number), rooms[0](), starts)
-        two = one
+        errors = [models[0].processes.draw(generator(seed, number), scratches[0](), starts)] * 2
         if not shared:  # the same normals in other error dynamics
-            two = models[1].processes.draw(generator(seed, number), rooms[1](), starts)
-        seen = [f.watch(e, episodes) for f, e in zip(models, (one, two), strict=True)]
-        a, b = (np.vstack([s.crashed, s.met.any(axis=0)]) for s in seen)
-        counts = [_counts(s, episodes) for s in seen]
+            errors[1] = models[1].processes.draw(generator(seed, number), scratches[1](), starts)
+        records = [m.watch(e, episodes) for m, e in zip(models, errors, strict=True)]
+        a, b = (np.vstack([r.crashed, r.met.any(axis=0)]) for r in records)
+        counts = [_counts(record, episodes) for record in records]
         return PairedCounts(counts[0], counts[1], (a & ~b).sum(axis=1), (b & ~a).sum(axis=1))
 
     return _total(block, samples, seed, workers, progress)
 
 
-def _counts(seen: OverlapRecord, episodes: int) -> CrashCounts:
+def _counts(record: OverlapRecord, episodes: int) -> CrashCounts:
     return CrashCounts(
-        episodes, seen.crashed.sum(axis=1), seen.times, seen.first_times, seen.first_any
+        episodes, record.crashed.sum(axis=1), record.times, record.first_times, record.first_any
     )
 
 
@@ -203,7 +202,7 @@ def _total(
     workers: int,
     progress: Callable[[int], None] | None,
 ) -> Counts:
-    """Add up all blocks' counts as they come."""
+    """Add up the counts of all blocks."""
     check_request(samples, seed)
     totals: list[Counts] = []
     for episodes, counts in over_blocks(block, samples, workers):

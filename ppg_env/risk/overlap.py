@@ -2,12 +2,12 @@ r"""Probability that a Gaussian displacement lies in a collision set.
 
     Pr(D in K),  D ~ N(mean, S),  K convex, in one, two or three dimensions
 
-A box with a diagonal S is a product of intervals.  Anything else is whitened: with S = L L', the
-point L^-1 (D - mean) is standard normal and the corners of K become L^-1 (v - mean).  Directions
-without noise are decided, not integrated: there, bodies that only touch do not overlap.
+A box with a diagonal S is a product of intervals.  All other cases are whitened: with S = L L',
+the point L^-1 (D - mean) is standard normal and the corners of K become L^-1 (v - mean).  In
+directions without noise the displacement is certain: there, bodies that only touch do not overlap.
 
-Answers are logarithms, so that nothing is ever too small to tell from zero.  Every one is at most
-the best face's, log Phi(-(a_p mean - b_p) / sigma_p).
+Results are logarithms, so that no probability underflows to zero.  Each is at most that of the best
+face, log Phi(-(a_p mean - b_p) / sigma_p).
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from ppg_env.game.polytope import Polytope
 from ppg_env.risk.polytope_probability import log_interval, log_polygon, log_polyhedron
 
 UNCORRELATED = 1e-13
-"""A covariance whose correlations are below this is diagonal: at z deviations they would change a
-probability by z^2 times this, relatively."""
+"""A covariance with all correlations below this is treated as diagonal: at z deviations the
+relative change of a probability is z^2 times this."""
 
 FLAT = 1e-7
-"""A direction with less than this share of the largest deviation has no noise: an eigenvalue of its
-square cannot be told from rounding."""
+"""A direction with less than this share of the largest deviation has no noise: its eigenvalue, the
+square, is at the level of rounding errors."""
 
 
 def log_overlap(collision: Polytope, means: np.ndarray, covariances: np.ndarray) -> np.ndarray:
-    """(B,) log of Pr(D in K) for D ~ N(``means`` (B, d), ``covariances`` (B, d, d)).
+    """Return (B,) log of Pr(D in K) for D ~ N(``means`` (B, d), ``covariances`` (B, d, d)).
 
-    Minus infinity only where there is no noise that could lead into K.
+    It is minus infinity only if no noise can lead into K.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def log_overlap(collision: Polytope, means: np.ndarray, covariances: np.ndarray)
 
 
 def log_best_face(collision: Polytope, means: np.ndarray, covariances: np.ndarray) -> np.ndarray:
-    """(B,) log of min_p Pr(a_p D <= b_p), an upper bound on Pr(D in K)."""
+    """Return (B,) log of min_p Pr(a_p D <= b_p), an upper bound on Pr(D in K)."""
     normals = collision.normals
     clearance = means @ normals.T - collision.offsets
     square = np.einsum("fi,tij,fj->tf", normals, covariances, normals)
@@ -78,7 +78,7 @@ def log_best_face(collision: Polytope, means: np.ndarray, covariances: np.ndarra
 
 
 def is_box(normals: np.ndarray) -> bool:
-    """Whether faces with unit ``normals`` (F, d) are those of a box along the axes."""
+    """Return whether faces with unit ``normals`` (F, d) are those of a box along the axes."""
     return len(normals) == 2 * normals.shape[1] and bool(
         (np.abs(normals).max(axis=1) >= 1 - tol.FACE**2).all()
     )
@@ -86,7 +86,7 @@ def is_box(normals: np.ndarray) -> bool:
 
 @lru_cache(maxsize=1024)
 def surface(polytope: Polytope) -> np.ndarray:
-    """(S, 3) corners of triangles that cover a polytope's surface, counter-clockwise outside."""
+    """Return (S, 3) corners of triangles that cover a surface, counter-clockwise from outside."""
     from scipy.spatial import ConvexHull
 
     hull = ConvexHull(polytope.vertices)
@@ -99,9 +99,9 @@ def surface(polytope: Polytope) -> np.ndarray:
 
 
 def log_standard(polytope: Polytope, corners: np.ndarray) -> np.ndarray:
-    """(B,) log of Pr(z in set), z standard normal, for images ``corners`` (B, V, d) of a polytope.
+    """Return (B,) log of Pr(z in image) for z standard normal and images of a polytope.
 
-    The images are those of its vertices under linear maps that keep the orientation.
+    ``corners`` (B, V, d) are the vertices under linear maps that keep the orientation.
     """
     if polytope.dim == 1:
         return log_interval(corners.min(axis=(1, 2)), corners.max(axis=(1, 2)))
@@ -122,15 +122,15 @@ def _log_box(collision: Polytope, means: np.ndarray, deviations: np.ndarray) -> 
 def _log_whitened(collision: Polytope, means: np.ndarray, covariances: np.ndarray) -> np.ndarray:
     roots = np.linalg.cholesky(covariances)
     away = collision.vertices - means[:, None, :]
-    found = log_standard(
+    result = log_standard(
         collision, np.swapaxes(np.linalg.solve(roots, np.swapaxes(away, 1, 2)), 1, 2)
     )
-    # A set too thin for the integral still has a bound.
-    return np.where(np.isneginf(found), log_best_face(collision, means, covariances), found)
+    # For a set too thin for the integral, fall back on the bound.
+    return np.where(np.isneginf(result), log_best_face(collision, means, covariances), result)
 
 
 def _log_degenerate(collision: Polytope, mean: np.ndarray, root: np.ndarray) -> float:
-    """Log of Pr(mean + ``root`` z in K) for root (d, k), k < d: z ranges over a slice of K."""
+    """Return log of Pr(mean + ``root`` z in K) for root (d, k), k < d: z covers a slice of K."""
     if root.shape[1] == 0:
         return 0.0 if collision.clearance(mean) < -tol.LENGTH else -np.inf
     if root.shape[1] == 1:
@@ -151,14 +151,16 @@ def _log_chord(collision: Polytope, mean: np.ndarray, direction: np.ndarray) -> 
 
 
 def _log_slice(collision: Polytope, mean: np.ndarray, root: np.ndarray) -> float:
-    """A plane through a polytope in space cuts its edges in the corners of a polygon."""
+    """Return the log probability of a plane section, the polygon where the plane cuts edges."""
     normal = np.cross(root[:, 0], root[:, 1])
     height = (collision.vertices - mean) @ (normal / np.linalg.norm(normal))
     if height.min() >= -tol.LENGTH or height.max() <= tol.LENGTH:
         return -np.inf
     triangles = surface(collision)
     first, second = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    crossing = (height[first] >= 0) & (height[second] < 0)  # each edge once: it turns up both ways
+    crossing = (height[first] >= 0) & (
+        height[second] < 0
+    )  # each edge once; it appears in both directions
     first, second = first[crossing], second[crossing]
     share = (height[first] / (height[first] - height[second]))[:, None]
     points = collision.vertices[first] * (1 - share) + collision.vertices[second] * share

@@ -14,12 +14,12 @@ with h now the signed distance of the face's plane, e that of the edge's line fr
     Pr = sum_faces h sum_edges int (U(|h|) - U(r)) d alpha,  d alpha = e du / (e^2 + u^2),
     U(r) = erf(r / sqrt 2) / (4 pi r),                       r^2 = h^2 + e^2 + u^2.
 
-Far from the origin this would cancel.  But angles around a point outside add up to zero, so there
+Far from the origin these sums cancel.  Angles around a point outside add up to zero, so there
 1 - exp(-q/2) may be replaced by -exp(-q/2), erf by -erfc, and U(|h|), where the foot is off the
-face, by 0; what is left decays as the probability does, and the factor exp(-d^2/2), d the distance
-of the polytope, is kept as a logarithm.  All integrands are analytic on the scale of one deviation,
-so one Gauss-Legendre rule on the part of an edge that matters is exact to many digits; beyond that
-part the integral is an angle.
+face, by 0; the remaining terms decay as the probability does, and the factor exp(-d^2/2), d the
+distance of the polytope, is kept as a logarithm.  All integrands are analytic on the scale of one
+deviation, so one Gauss-Legendre rule on the part of an edge that matters is exact to many digits;
+beyond that part the integral is an angle.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ import numpy as np
 from scipy.special import erf, erfcx, log_ndtr
 
 PANELS, NODES = 5, 14
-"""Of the rule along an edge: 14 digits for a Gaussian over the 20 deviations that it may span."""
+"""Panels and nodes of the rule along an edge: 14 digits for a Gaussian over up to 20 deviations."""
 
 NEAR = 2.0
-"""Closer than this many deviations the forms without cancellation between angles are used; both
-forms have about 14 digits there."""
+"""Distance, in deviations, below which the near forms are used; at it both forms have about 14
+digits."""
 
 REACH = 90.0
-"""Points with r^2 > d^2 + REACH count for nothing: exp(-REACH / 2) is below 1e-19."""
+"""Points with r^2 > d^2 + REACH are neglected: exp(-REACH / 2) is below 1e-19."""
 
 TINY = 1e-300
-"""Stands for zero where only the limit of a quotient matters."""
+"""Replaces zero where only the limit of a quotient matters."""
 
 
 def log_interval(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Log of Pr(low < z < high) for a standard normal z; exact in both tails, any shape."""
+    """Return log of Pr(low < z < high) for a standard normal z; exact in both tails, any shape."""
     low, high = np.where(low + high > 0, (-high, -low), (low, high))  # the left tail is exact
     outer, inner = log_ndtr(low), log_ndtr(high)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -52,10 +52,10 @@ def log_interval(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def log_polygon(corners: np.ndarray) -> np.ndarray:
-    """(B,) log of Pr(z in polygon) for polygons of ``corners`` (B, V, 2).
+    """Return (B,) log of Pr(z in polygon) for polygons of ``corners`` (B, V, 2).
 
-    Corners are in order, either way round.  Minus infinity where rounding leaves nothing: the
-    polygon is flat, or thin beyond 1e-10.
+    Corners are in order, clockwise or counter-clockwise.  The result is minus infinity for a
+    polygon that is flat to rounding, or thinner than 1e-10.
     """
     first, second = corners, np.roll(corners, -1, axis=1)
     along = _unit(second - first)
@@ -75,10 +75,10 @@ def log_polygon(corners: np.ndarray) -> np.ndarray:
 
 
 def log_polyhedron(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(B,) log of Pr(z in polytope) for ``corners`` (B, V, 3) and ``triangles`` (S, 3) of corners.
+    """Return (B,) log of Pr(z in polytope) for ``corners`` (B, V, 3) and ``triangles`` (S, 3).
 
-    The triangles cover the surface, each counter-clockwise from outside.  Minus infinity where
-    rounding leaves nothing.
+    The triangles cover the surface, each counter-clockwise from outside.  The result is minus
+    infinity for a polytope that is flat to rounding.
     """
     first = corners[:, triangles]  # (B, S, 3, 3): first corner of each triangle's edges
     second = np.roll(first, -1, axis=2)
@@ -107,7 +107,7 @@ def _surface(
     end: np.ndarray,
     square: np.ndarray | None,
 ) -> np.ndarray:
-    """Sum over faces and edges; with ``square`` = d^2 the far form, times exp(d^2/2)."""
+    """Return the sum over faces and edges; with ``square`` = d^2 the far form times exp(d^2/2)."""
     shift = np.zeros((1, 1, 1)) if square is None else square[:, None, None]
     height, close = height[..., None], foot[..., None] < NEAR**2
     reach = (NEAR**2 if square is None else shift) + REACH
@@ -115,7 +115,7 @@ def _surface(
     u, weight = _nodes(low, high)
     plane = np.maximum(side[..., None] ** 2 + u**2, TINY)
     far = None if square is None else shift
-    # Where the foot is far off, |h| may be so small that its potential overflows.
+    # If the foot is far off, |h| may be so small that its potential overflows.
     base = np.where(close, _potential(np.where(close, np.abs(height), np.sqrt(reach)), far), 0.0)
     r = np.sqrt(height[..., None] ** 2 + plane)
     value = (base[..., None] - _potential(r, None if far is None else far[..., None])) / plane
@@ -128,7 +128,7 @@ def _surface(
 
 
 def _potential(r: np.ndarray, shift: np.ndarray | None) -> np.ndarray:
-    """U(r); with ``shift`` = d^2 that of the far form, times exp(d^2/2)."""
+    """Return U(r); with ``shift`` = d^2 that of the far form times exp(d^2/2)."""
     r = np.maximum(r, TINY)
     if shift is None:
         return erf(r / np.sqrt(2)) / (4 * np.pi * r)
@@ -137,14 +137,14 @@ def _potential(r: np.ndarray, shift: np.ndarray | None) -> np.ndarray:
 
 
 def _missed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """How far [start, end] is from 0."""
+    """Return the distance of [start, end] from 0."""
     return np.maximum(np.maximum(start, -end), 0.0)
 
 
 def _nearest_square(height: np.ndarray, aside: np.ndarray) -> np.ndarray:
-    """(...,) squared distance of the origin from a body; 0 inside.
+    """Return (...,) squared distance of the origin from a body; 0 inside.
 
-    Its pieces (..., S) lie at ``height``, off the origin's foot by the root of ``aside``.
+    Its pieces (..., S) lie at ``height``, at squared distance ``aside`` from the origin's foot.
     """
     return np.where((height >= 0).all(axis=-1), 0.0, (height**2 + aside).min(axis=-1))
 
@@ -152,13 +152,13 @@ def _nearest_square(height: np.ndarray, aside: np.ndarray) -> np.ndarray:
 def _clipped(
     start: np.ndarray, end: np.ndarray, square: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The part of [start, end] with u^2 below ``square``."""
+    """Return the part of [start, end] with u^2 below ``square``."""
     half = np.sqrt(np.maximum(square, 0.0))
     return np.clip(start, -half, half), np.clip(end, -half, half)
 
 
 def _rule() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of the composite rule on [0, 1]."""
+    """Return nodes and weights of the composite rule on [0, 1]."""
     x, weight = np.polynomial.legendre.leggauss(NODES)
     places = (np.arange(PANELS)[:, None] + (x + 1) / 2) / PANELS
     return places.ravel(), np.tile(weight / 2 / PANELS, PANELS)
@@ -168,19 +168,19 @@ _PLACES, _WEIGHTS = _rule()
 
 
 def _nodes(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes u (..., K) in [low, high] and their weights."""
+    """Return nodes u (..., K) in [low, high] and their weights."""
     length = (high - low)[..., None]
     return low[..., None] + length * _PLACES, length * _WEIGHTS
 
 
 def _angle(start: np.ndarray, end: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Signed angle at which [start, end] on a line at ``height`` is seen."""
+    """Return the signed angle that [start, end] on a line at ``height`` subtends."""
     distance = np.abs(height)
     return np.sign(height) * (np.arctan2(end, distance) - np.arctan2(start, distance))
 
 
 def _solid(start: np.ndarray, end: np.ndarray, height: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """The height times the integral of 1/r d alpha over [start, end]."""
+    """Return the height times the integral of 1/r d alpha over [start, end]."""
 
     def upto(u: np.ndarray) -> np.ndarray:
         return np.arctan2(height * u, np.abs(side) * np.sqrt(height**2 + side**2 + u**2))
@@ -189,7 +189,7 @@ def _solid(start: np.ndarray, end: np.ndarray, height: np.ndarray, side: np.ndar
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Unit vectors; one of length zero stays zero."""
+    """Normalise vectors; a vector of length zero stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
@@ -199,6 +199,6 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _log(value: np.ndarray, near: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """Logarithm of a sum whose far form was taken times exp(d^2/2)."""
+    """Return the logarithm of a sum whose far form has the factor exp(d^2/2)."""
     with np.errstate(divide="ignore"):
         return np.log(np.clip(value, 0.0, None)) - np.where(near, 0.0, square / 2)

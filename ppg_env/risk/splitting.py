@@ -1,8 +1,8 @@
 r"""Crash probabilities of any players in the environment, however small, by multilevel splitting.
 
-An episode is a function of its standard normals z: players decide by what they see, so the same z
-gives the same episode.  Its score is the smallest margin between bodies that it comes to, minus
-infinity if anybody crashes.  With levels  inf = L_0 > L_1 > ... > L_K >= 0
+An episode is a function of its standard normals z: players act on observations, so the same z
+gives the same episode.  Its score is the smallest margin between bodies in the episode, minus
+infinity if any agent crashes.  With levels  inf = L_0 > L_1 > ... > L_K >= 0
 
     Pr(crash) = Pr(score <= L_1) Pr(score <= L_2 | score <= L_1) ... Pr(crash | score <= L_K)
 
@@ -11,11 +11,11 @@ below the level and move by
 
     z' = sqrt(1 - s^2) z + s fresh,     accepted if score(z') <= L,
 
-which leaves the normal distribution given {score <= L} as it is.  Splitting the noise and not the
-state needs no copies of whatever players remember, and works where a single step's noise decides.
+which keeps the normal distribution given {score <= L} invariant.  Splitting the noise instead of
+the state needs no copies of the players' memory, and works if a single step's noise is decisive.
 
-A pilot run finds the levels and the sizes s; the repetitions then hold them fixed, which makes
-every repetition's product of shares unbiased.  Their spread gives the standard error.
+A pilot run finds the levels and the sizes s.  The repetitions keep them fixed, so that every
+repetition's product of shares is unbiased.  Their spread gives the standard error.
 
 Source: Au & Beck, Probabilistic Engineering Mechanics 16 (2001); Cerou, Del Moral, Furon &
 Guyader, Sequential Monte Carlo for rare event estimation, Statistics and Computing 22 (2012).
@@ -40,41 +40,42 @@ from ppg_env.risk.batches import check_request, generator
 from ppg_env.support.statistics import RareRisk, counted, proportion, repeated
 
 KEY = 2
-"""Sets the noise apart from that of other methods with the same seed."""
+"""Separates the noise from that of other methods with the same seed."""
 
 SHARE = 0.1
-"""Share of states that a level lets pass, in the pilot run."""
+"""Share of states that pass a level in the pilot run."""
 
 CHAIN = 10
-"""States that each random start gives by moving on; the more, the fewer starts."""
+"""States per chain: each random start is moved this often."""
 
 SCOUTS = 4
-"""How many times fewer repetitions the pilot run has."""
+"""Ratio of the repetitions to those of the pilot run."""
 
 ACCEPTED = 0.45
-"""Share of accepted moves that the pilot run aims at: fewer stand still, more hardly move."""
+"""Target share of accepted moves in the pilot run: with fewer, states repeat; with more, moves are
+small."""
 
 MOST_LEVELS = 100
-"""Levels after which the pilot gives up: 1e-100 is beyond all use."""
+"""Largest number of levels in the pilot run; smaller probabilities than 1e-100 do not matter."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """A score to get below, and the size s of moves below it."""
+    """A score L to fall below, and the size s of moves below it."""
 
     score: float
     size: float
 
 
 class Swarm:
-    """R repetitions of P states each, P a multiple of ``CHAIN``, all simulated together.
+    """R repetitions of P states each, P a multiple of ``CHAIN``, simulated together.
 
     Attributes
     ----------
     noise : (R, P, T+1, N, n) standard normals, of the start and of every step.
     score : (R, P) smallest margin; minus infinity after a crash.
-    events : (R, P, N + E + 1) whether each agent crashed, each encounter did, anybody did.
-    episodes : simulated so far.
+    events : (R, P, N + E + 1) whether each agent, each encounter, any agent crashed.
+    episodes : number simulated so far.
     """
 
     def __init__(
@@ -99,24 +100,24 @@ class Swarm:
             self._put(k, *self._simulate(random.standard_normal(self._shape)))
 
     def move(self, score: float, size: float, *, adapt: bool = False) -> float:
-        """Replace all states by ones below ``score``; the size of moves, adapted if asked.
+        """Replace all states by states below ``score``; return the (adapted) size of moves.
 
-        Repetitions without a state below the level have ended; what they hold is of no account.
+        Repetitions without a state below the level have ended; their states are ignored.
         """
-        inside = self.score <= score
-        odds = np.where(inside.any(axis=1, keepdims=True), inside, True)
-        chosen = np.stack([self.random.choice(np.flatnonzero(row), self._batch[1]) for row in odds])
+        below = self.score <= score
+        pool = np.where(below.any(axis=1, keepdims=True), below, True)
+        chosen = np.stack([self.random.choice(np.flatnonzero(row), self._batch[1]) for row in pool])
         rows = np.arange(len(chosen))[:, None]
-        now = [array[rows, chosen] for array in (self.noise, self.score, self.events)]
+        current = [array[rows, chosen] for array in (self.noise, self.score, self.events)]
         for k in range(CHAIN):
             fresh = self.random.standard_normal(self._shape)
-            trial = self._simulate(sqrt(1 - size**2) * now[0] + size * fresh)
-            better = trial[1] <= score
-            for old, new in zip(now, trial, strict=True):
-                old[better] = new[better]
-            self._put(k, *now)
+            trial = self._simulate(sqrt(1 - size**2) * current[0] + size * fresh)
+            accepted = trial[1] <= score
+            for old, new in zip(current, trial, strict=True):
+                old[accepted] = new[accepted]
+            self._put(k, *current)
             if adapt:
-                size = min(size * exp(better.mean() - ACCEPTED), 1.0)
+                size = min(size * exp(accepted.mean() - ACCEPTED), 1.0)
         return size
 
     @property
@@ -128,7 +129,7 @@ class Swarm:
         self.noise[:, place], self.score[:, place], self.events[:, place] = noise, score, events
 
     def _simulate(self, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``noise`` itself, and the scores and events of its episodes."""
+        """Return ``noise`` itself, and the scores and events of its episodes."""
         simulator, tables = self.simulator, self.simulator.tables
         flat = noise.reshape(-1, *noise.shape[2:])
         C, N = simulator.status.shape
@@ -151,16 +152,16 @@ class Swarm:
 
 
 def find_levels(swarm: Swarm) -> list[Level] | None:
-    """Levels that about ``SHARE`` of the states pass each, until as many crash.
+    """Return levels that each about ``SHARE`` of the states pass, until as many crash.
 
-    None if scores stop falling before.
+    None if scores stop falling before that.
     """
     levels: list[Level] = []
     size = 1.0
     while swarm.events[..., -1].mean() < SHARE:
         score = float(np.quantile(swarm.score, SHARE, method="lower"))
-        falls = np.isfinite(score) and (not levels or score < levels[-1].score)
-        if not falls or len(levels) == MOST_LEVELS:
+        lower = np.isfinite(score) and (not levels or score < levels[-1].score)
+        if not lower or len(levels) == MOST_LEVELS:
             return None
         size = swarm.move(score, size, adapt=True)
         levels.append(Level(score, size))
@@ -178,13 +179,13 @@ def split_risk(
     confidence: float = 0.95,
     progress: Callable[[int], None] | None = None,
 ) -> RareRisk:
-    """Estimate how likely ``players``, one per agent, crash in the environment under ``rules``.
+    """Estimate crash probabilities of ``players``, one per agent, in the environment.
 
     Parameters
     ----------
     states
-        Simulated for each factor in each of the independent ``repetitions`` that the interval is
-        made from; rounded up to a multiple of ``CHAIN``.
+        States per factor in each of the independent ``repetitions``, which give the interval;
+        rounded up to a multiple of ``CHAIN``.
     progress
         Called with the number of episodes simulated since the last call.
 
@@ -197,13 +198,13 @@ def split_risk(
     check_request(states, seed)
     require(repetitions >= 2, "repetitions", f"are {repetitions}", "ask for two or more")
     states = -(-states // CHAIN) * CHAIN
-    tell = (lambda _count: None) if progress is None else progress
+    on_progress = (lambda _count: None) if progress is None else progress
     swarms = (
-        Swarm(game, players, rules, (count, states), generator(seed, k, KEY), tell)
+        Swarm(game, players, rules, (count, states), generator(seed, k, KEY), on_progress)
         for k, count in enumerate((-(-repetitions // SCOUTS), repetitions))
     )
-    scouts = next(swarms)
-    levels, swarm = find_levels(scouts), next(swarms)
+    pilot = next(swarms)
+    levels, swarm = find_levels(pilot), next(swarms)
     hits, product = swarm.events.sum(axis=(0, 1)), np.ones(repetitions)
     plain = [proportion(int(count), repetitions * states, confidence) for count in hits]
     for level in levels or ():
@@ -211,9 +212,10 @@ def split_risk(
         swarm.move(level.score, level.size)
     shares = product[:, None] * swarm.events.mean(axis=1)  # (R, N + E + 1)
     if levels:
-        found = [repeated(*pair, confidence) for pair in zip(shares.T, plain, strict=True)]
+        estimates = [repeated(*pair, confidence) for pair in zip(shares.T, plain, strict=True)]
     else:
-        advice = "" if levels is not None else "no way to a crash was found: is there noise at all"
-        found = [counted(one, advice) for one in plain]
+        advice = "" if levels is not None else "no way to a crash was found: is there any noise"
+        estimates = [counted(estimate, advice) for estimate in plain]
     N = len(game.agents)
-    return RareRisk(found[:N], found[N:-1], found[-1], scouts.episodes + swarm.episodes)
+    samples = pilot.episodes + swarm.episodes
+    return RareRisk(estimates[:N], estimates[N:-1], estimates[-1], samples)

@@ -1,16 +1,16 @@
 r"""Certified bounds on the crash probability of a profile that is played on its schedule.
 
 A_e(t) is the event that encounter e overlaps at time t in traffic; an agent crashes if any of its
-events happens.  Each line is an upper bound on Pr(union of A_k), and at most the one before:
+events happens.  Each line is an upper bound on Pr(union of A_k), and at most the previous one:
 
     union      sum_k g(min(M', s_k))               the paper's, margins capped
     faces      sum_k g(s_k)                        the same, without the cap
     instants   sum_k Pr(A_k)                       exact for each instant
     tree       sum_k Pr(A_k) - sum_kl Pr(A_k, A_l) (k, l) the edges of a forest (Hunter, Worsley)
 
-and ``least`` = max_k Pr(A_k) is a lower bound.  Forests grow from edges between successive times of
-an encounter, and between encounters that share an agent at one time; the heaviest one is taken.
-Where joint probabilities are not exact they are bounded from below, so the bound still holds.
+and ``least`` = max_k Pr(A_k) is a lower bound.  Forests have edges between successive times of an
+encounter, and between encounters that share an agent at one time; the heaviest forest is used.
+Joint probabilities that are not exact are bounded from below, so the bound still holds.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from ppg_env.risk.joint_bounds import log_joint_bound
 from ppg_env.risk.overlap import FLAT, log_best_face, log_overlap
 
 WEAK = np.log(1e-5)
-"""Events below this share of the likeliest are left out of forests: there is little to take off."""
+"""Events below this share of the likeliest are left out of forests: their effect is small."""
 
 SMALLEST = float(np.finfo(float).tiny)
-"""Upper bounds that are not zero, and too small for a float, are this."""
+"""Replaces positive upper bounds that are too small for a float."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds on one crash probability, all in [0, 1]: see the head of this file."""
+    """Bounds on one crash probability, all in [0, 1], as the module defines them."""
 
     union: float
     faces: float
@@ -54,9 +54,9 @@ class RiskBounds:
     Attributes
     ----------
     log_instants : (E, H+1) log of each Pr(A_e(t)); minus infinity out of traffic.
-    agents : for each agent, that it crashes.
-    encounters : for each encounter, that it overlaps at any time, in the order of the game.
-    any : that anybody crashes.
+    agents : bounds for each agent, that it crashes.
+    encounters : bounds for each of ``game.encounters``, that it overlaps at any time.
+    any : bounds for the event that any agent crashes.
     """
 
     log_instants: np.ndarray
@@ -66,7 +66,7 @@ class RiskBounds:
 
     @property
     def instants(self) -> np.ndarray:
-        """(E, H+1) each Pr(A_e(t)); those too small for a float are the smallest one."""
+        """(E, H+1) each Pr(A_e(t)); at least the smallest float unless it is zero."""
         floor = np.where(np.isneginf(self.log_instants), 0.0, SMALLEST)
         return np.maximum(np.exp(self.log_instants), floor)
 
@@ -84,7 +84,7 @@ class _Events:
 
 
 def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
-    """Bounds on crash probabilities from the exact probability of every instant.
+    """Return bounds on crash probabilities from the exact probability of every instant.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
 def _edges(
     game: Game, places: np.ndarray, spreads: list[np.ndarray], instants: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First and second event, flattened, and log of a lower bound on their joint probability."""
+    """Return first and second flattened events, and log lower bounds on joint probabilities."""
     count, times = instants.shape
     noisy = np.array([_regular(spread) for spread in spreads], dtype=bool).reshape(count, times)
     top = instants.max(axis=1, keepdims=True, initial=-np.inf)
@@ -125,7 +125,7 @@ def _edges(
     for e, f in combinations(np.flatnonzero(dominant.any(axis=1)).tolist(), 2):
         if set(game.encounters[e].agents) & set(game.encounters[f].agents):
             jobs.append((e, f, np.flatnonzero(dominant[e] & dominant[f]), 0))
-    found = [(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))]
+    edges = [(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))]
     for e, f, at, lag in jobs:
         if at.size:
             pair = game.encounters[e], game.encounters[f]
@@ -135,33 +135,33 @@ def _edges(
                 (spreads[e][at], spreads[f][at + lag]),
                 _cross(game, *pair, lag)[at],
             )
-            found.append((e * times + at, f * times + at + lag, joint))
-    first, second, joint = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            edges.append((e * times + at, f * times + at + lag, joint))
+    first, second, joint = (np.concatenate(parts) for parts in zip(*edges, strict=True))
     return first, second, joint
 
 
-def _cross(game: Game, one: Encounter, other: Encounter, lag: int) -> np.ndarray:
-    """(H+1, d, d) covariance of the displacement of ``one`` at t with that of ``other`` at t + lag.
+def _cross(game: Game, first: Encounter, second: Encounter, lag: int) -> np.ndarray:
+    """Return (H+1, d, d) covariances of ``first`` at t with ``second`` at t + lag.
 
     Errors follow e_(t+1) = (A - B gain) e_t + w_t, so cov(e_t, e_(t+1)) = Sigma_t (A - B gain)'.
     """
     total = np.zeros((game.horizon + 1, game.dim, game.dim))
-    for i in set(one.agents) & set(other.agents):
+    for i in set(first.agents) & set(second.agents):
         agent = game.agents[i]
         later = np.linalg.matrix_power(agent.closed_loop, lag).T
-        sign = 1 if one.agents.index(i) == other.agents.index(i) else -1
+        sign = 1 if first.agents.index(i) == second.agents.index(i) else -1
         total += sign * (covariances(agent, game.horizon) @ later)[:, : game.dim, : game.dim]
     return total
 
 
 def _regular(spread: np.ndarray) -> np.ndarray:
-    """(H+1,) whether there is noise in every direction."""
+    """Return (H+1,) whether there is noise in every direction."""
     values = np.linalg.eigvalsh(spread)
     return values[:, 0] > FLAT**2 * values[:, -1]
 
 
 def _bounds(events: _Events, chosen: np.ndarray) -> Bounds:
-    """Bounds on the union of the events of the ``chosen`` (E,) encounters."""
+    """Return bounds on the union of the events of the ``chosen`` (E,) encounters."""
     union, faces, instants = (
         _sum(logs[chosen]) for logs in (events.union, events.faces, events.instants)
     )
@@ -177,7 +177,7 @@ def _bounds(events: _Events, chosen: np.ndarray) -> Bounds:
 
 
 def _forest(events: _Events, chosen: np.ndarray, total: float) -> float:
-    """What the heaviest forest takes off the sum of the chosen events, as a share of it."""
+    """Return the weight of the heaviest forest, as a share of the sum of the chosen events."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import minimum_spanning_tree
 
@@ -197,5 +197,5 @@ def _sum(logs: np.ndarray) -> float:
 
 
 def _upper(log: float) -> float:
-    """A probability at least as large as its logarithm says."""
+    """Return a probability that is at least the exponential of ``log``."""
     return 0.0 if np.isneginf(log) else float(np.clip(np.exp(log), SMALLEST, 1.0))

@@ -275,3 +275,14 @@ def test_without_saturation_inputs_are_taken_as_they_are() -> None:
     env.reset(seed=0)
     env.step({"agent_0": np.array([0.0, 33.0]), "agent_1": np.zeros(2)})
     assert env.simulator.state[0, 0].tolist() == [10.0, 83.0]
+
+
+def test_the_time_limit_has_one_owner() -> None:
+    env = duel()
+    assert env.max_cycles == env.simulator.max_cycles == 2 * env.game.horizon
+    env.max_cycles = 2
+    assert env.rules is env.simulator.rules
+    assert env.rules.max_cycles == env.simulator.max_cycles == 2
+    results = drive(env, [(0.0, 0.0)] * 3)
+    assert len(results) == 2
+    assert results[1][3] == {"agent_0": True, "agent_1": True}

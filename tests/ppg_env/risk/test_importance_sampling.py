@@ -12,7 +12,7 @@ from scipy.stats import binomtest, norm
 
 from ppg_env import Game, InputError, evaluate, make_game
 from ppg_env.risk.batches import BLOCK
-from ppg_env.risk.importance_sampling import rare_risk
+from ppg_env.risk.importance_sampling import crash_weights, rare_risk
 from ppg_env.risk.monte_carlo import crash_counts
 from tests.oracles.closed_forms import boxes, wall
 from tests.oracles.plain_monte_carlo import CASES, case, counted, fly
@@ -167,7 +167,9 @@ def test_too_few_samples_are_not_trusted_and_the_limit_still_holds() -> None:
     assert few.any.high > many.any.value
 
 
-def test_more_confidence_gives_wider_intervals() -> None:
+def test_more_confidence_gives_wider_intervals_from_the_same_simulation() -> None:
     flown = case("crowd 1e-3")
-    usual, sure = (rare_risk(*flown, 5000, confidence=level).any for level in (0.95, 0.999))
+    weights = crash_weights(*flown, 5000)
+    usual, sure = (weights.risk(level).any for level in (0.95, 0.999))
     assert sure.low < usual.low < usual.value == sure.value < usual.high < sure.high
+    assert weights.risk(0.999) == rare_risk(*flown, 5000, confidence=0.999)
