@@ -39,30 +39,14 @@ html_title = project
 html_show_copyright = False
 
 
-def markdown_tables(lines: list[str]) -> list[str]:
-    """Return ``lines`` with each Markdown table turned into a ``list-table``."""
-    result: list[str] = []
-    for k, line in enumerate(lines):
-        if not line.startswith("|"):
-            result.append(line)
-            continue
-        if k == 0 or not lines[k - 1].startswith("|"):
-            result += [".. list-table::", "   :header-rows: 1", ""]
-        if not set(line) <= set("|- "):  # not the rule below the header
-            first, *others = [cell.strip() for cell in line.strip("|").split("|")]
-            result += [f"   * - {first}", *(f"     - {cell}" for cell in others)]
-    return result
-
-
 def read_house_style(
     app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]
 ) -> None:
     """Turn what the docstrings of this project leave implicit into what Sphinx understands.
 
-    Markdown tables become tables, indented formulas become literal blocks, and ``name : text`` in a
-    list of attributes gets its text below the name, where it does not count as a type.
+    Indented formulas become literal blocks, and ``name : text`` in a list of attributes gets its
+    text below the name, where it does not count as a type.
     """
-    lines[:] = markdown_tables(lines)
     if lines and lines[0].startswith("{"):  # a set: its bars are no substitutions
         lines[0] = re.sub(r"^{.*?}", r"``\g<0>``", lines[0])
     for k in range(len(lines) - 1, 1, -1):

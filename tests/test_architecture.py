@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import subprocess
@@ -18,6 +19,7 @@ from tests.oracles.import_graph import (
     cycles,
     file_graph,
     folders,
+    imports,
     read_tree,
 )
 
@@ -242,3 +244,36 @@ def test_every_public_name_exists(module: str) -> None:
 def test_a_missing_name_is_named_by_the_error() -> None:
     with pytest.raises(AttributeError, match="no_such_planner"):
         import_module("solvers").no_such_planner  # noqa: B018 - the access is what is tested
+
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/[!_]*.md"))]
+
+
+def beyond_the_doors(page: str) -> list[str]:
+    """Return the modules of this project that Python examples import although they are no doors."""
+    blocks = re.findall(r"^```python\n(.*?)^```", page, re.S | re.M)
+    pairs = [pair for block in blocks for pair in imports(ast.parse(block))]
+    own = [(module, name) for module, name in pairs if module.split(".")[0] in PACKAGES]
+    inner = [
+        f"{module}.{name}"
+        for module, name in own
+        if f"{module}.{name}" in TREE.files and name not in TREE.doors.get(module, {})
+    ]
+    return sorted({*(module for module, _ in own), *inner} - set(DOORS))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_examples_import_public_doors_only(page: Path) -> None:
+    assert beyond_the_doors(page.read_text(encoding="utf-8")) == []
+
+
+def test_the_check_of_doors_bites() -> None:
+    lines = (
+        "from ppg_env import make_game, plotting",
+        "from solvers import budget",
+        "import numpy",
+    )
+    page = "```python\n" + "\n".join((*lines, "import ppg_env.game.game as g")) + "\n```"
+    inner = ["ppg_env.game.game", "ppg_env.plotting", "solvers.budget"]
+    assert beyond_the_doors(page) == inner
+    assert beyond_the_doors("```python\nfrom ppg_env import scenarios\n```") == []
