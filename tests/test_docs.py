@@ -54,6 +54,7 @@ def words(command: str) -> list[str]:
     return shlex.split(command)[1:]
 
 
+@pytest.mark.usefixtures("short_trainings")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_commands_run_in_the_order_of_the_page(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -1,0 +1,90 @@
+"""The engine against the paper's formulation on HiGHS: best responses and joint optima."""
+
+from __future__ import annotations
+
+import pytest
+
+from ppg_env import make_game
+from ppg_env.game import objective
+from ppg_env.game.least_effort import straight_plan
+from ppg_env.scenarios.make import SPEEDS
+from solvers.budget import Budget
+from solvers.dispatch import ENGINE, minimise
+from tests.marks import first, slow_if
+from tests.oracles.mixed_games import mixed_game
+from tests.oracles.random_games import drawn_plan, random_game
+
+PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
+
+
+def assert_agree(game, movers, weights, given):
+    """Both find the same status, value and bound."""
+    engine, reference = (
+        minimise(game, movers, weights, given, solver, Budget(None)) for solver in (ENGINE, "HIGHS")
+    )
+    assert engine.status is reference.status
+    if engine.profile is not None:
+        value = reference.value
+        near = pytest.approx(value, rel=1e-6, abs=1e-6)
+        assert engine.value == near
+        assert engine.bound == near
+        assert engine.bound <= value + 1e-7 * max(1.0, abs(value))
+
+
+@pytest.mark.parametrize("name", slow_if("intersection3".__eq__, PAPER))
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("kind", ["margin", "risk"])
+@pytest.mark.parametrize(("lam", "gain"), [(0.2, 0.5), (0.8, 0.0)])
+def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
+    game = make_game(name, speed=speed, objective=kind, lam=lam, gain=gain)
+    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    assert_agree(game, (0,), objective.selfish(game, 0), straight)
+
+
+@pytest.mark.parametrize("name", first(1, ["head_on", "opposing", "parallel", "intersection"]))
+@pytest.mark.parametrize("speed", ["box", "l1"])
+@pytest.mark.parametrize("kind", ["margin", "risk"])
+def test_joint_optima_agree_with_the_reference(name, speed, kind):
+    game = make_game(name, speed=speed, objective=kind, lam=0.8)
+    for weights in (objective.social(game), objective.potential(game)):
+        assert_agree(game, (0, 1), weights, None)
+
+
+def test_obstacles_and_three_dimensions_agree_with_the_reference():
+    for name in ("course", "intersection_3d"):
+        game = make_game(name, objective="risk", lam=0.7)
+        straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+        assert_agree(game, (0,), objective.selfish(game, 0), straight)
+
+
+@pytest.mark.parametrize("seed", first(8, range(100, 200)))
+def test_random_games_agree_with_the_reference(seed):
+    game, random = random_game(seed)
+    plans = [
+        next((plan for _ in range(200) if (plan := drawn_plan(agent, random))), None)
+        for agent in game.agents
+    ]
+    if None in plans:
+        pytest.skip("no plan was drawn for one of the agents")
+    assert_agree(game, (0,), objective.selfish(game, 0), tuple(plans))
+    if len(game.agents) == 2:
+        assert_agree(game, (0, 1), objective.social(game), None)
+
+
+@pytest.mark.parametrize("seed", first(4, range(20)))
+def test_all_programs_of_mixed_games_agree_with_the_reference(seed):
+    mixed = mixed_game(seed)
+    game = mixed.game
+    for i in range(2):
+        assert_agree(game, (i,), objective.selfish(game, i), mixed.profile)
+    if game.dim < 3:  # the reference may take minutes in space
+        for weights in (objective.social(game), objective.potential(game)):
+            assert_agree(game, (0, 1), weights, None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_mixed_games_of_three_agents_agree_with_the_reference(seed):
+    game = mixed_game(seed, 3).game
+    for weights in (objective.social(game), objective.potential(game)):
+        assert_agree(game, range(3), weights, None)
