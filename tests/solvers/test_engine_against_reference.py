@@ -1,13 +1,17 @@
-"""The engine against the paper's formulation on HiGHS: best responses and joint optima."""
+"""The engine against the paper's formulation on other back ends: best responses, joint optima."""
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import product
+
 import pytest
 
-from ppg_env import make_game
+from ppg_env import evaluate, make_game
 from ppg_env.game import objective
 from ppg_env.game.least_effort import straight_plan
 from ppg_env.scenarios.make import SPEEDS
+from solvers import Status, best_response, social_optimum
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, minimise
 from tests.marks import first, slow_if
@@ -15,6 +19,7 @@ from tests.oracles.mixed_games import mixed_game
 from tests.oracles.random_games import drawn_plan, random_game
 
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
+KINDS = ("margin", "risk")
 
 
 def assert_agree(game, movers, weights, given):
@@ -33,7 +38,7 @@ def assert_agree(game, movers, weights, given):
 
 @pytest.mark.parametrize("name", slow_if("intersection3".__eq__, PAPER))
 @pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("kind", ["margin", "risk"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("lam", "gain"), [(0.2, 0.5), (0.8, 0.0)])
 def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
     game = make_game(name, speed=speed, objective=kind, lam=lam, gain=gain)
@@ -43,7 +48,7 @@ def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
 
 @pytest.mark.parametrize("name", first(1, ["head_on", "opposing", "parallel", "intersection"]))
 @pytest.mark.parametrize("speed", ["box", "l1"])
-@pytest.mark.parametrize("kind", ["margin", "risk"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_joint_optima_agree_with_the_reference(name, speed, kind):
     game = make_game(name, speed=speed, objective=kind, lam=0.8)
     for weights in (objective.social(game), objective.potential(game)):
@@ -88,3 +93,44 @@ def test_mixed_games_of_three_agents_agree_with_the_reference(seed):
     game = mixed_game(seed, 3).game
     for weights in (objective.social(game), objective.potential(game)):
         assert_agree(game, range(3), weights, None)
+
+
+OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}
+TOO_LARGE = "too large for the size-limited licence of Gurobi"
+
+
+@cache
+def on_the_engine(game):
+    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    return straight, social_optimum(game), best_response(game, 0, straight)
+
+
+def costly(case):
+    """Risk with the L1 ball takes SCIP longest."""
+    return case[1:] == ("l1", "risk") or case[0] == "intersection"
+
+
+@pytest.mark.parametrize("case", slow_if(costly, product(PAPER[:4], ("box", "l1"), KINDS)), ids=str)
+@pytest.mark.parametrize("solver", OTHERS)
+def test_planners_agree_with_other_back_ends(solver, case):
+    pytest.importorskip(OTHERS[solver])
+    name, speed, kind = case
+    game = make_game(name, objective=kind, speed=speed)
+    straight, social, response = on_the_engine(game)
+    other = social_optimum(game, solver=solver)
+    if solver == "GUROBI" and other.status is Status.ERROR:
+        pytest.skip(TOO_LARGE)
+    assert other.status is Status.OPTIMAL
+    assert other.value == pytest.approx(social.value, rel=1e-6)
+    assert other.bound == pytest.approx(social.bound, rel=1e-6)
+    there = best_response(game, 0, straight, solver=solver)
+    assert there.value == pytest.approx(response.value, rel=1e-6)
+    assert evaluate(game, there.profile).violations((0,)) == ()
+
+
+def test_three_agents_have_one_optimum_on_scip():
+    pytest.importorskip("pyscipopt")
+    game = make_game("intersection3")
+    assert social_optimum(game, solver="scip").value == pytest.approx(
+        social_optimum(game).value, rel=1e-6
+    )
