@@ -48,8 +48,9 @@ def drawn_plan(agent: Agent, random: np.random.Generator) -> Plan | None:
     even = np.tile((agent.goal - agent.start) / steps, (steps, 1))
     bend = random.normal(size=(steps, 2))
     bend -= bend.mean(axis=0)
-    room = agent.control.offsets - even @ agent.control.normals.T
-    push = bend @ agent.control.normals.T
+    control = agent.control_at(0)
+    room = control.offsets - even @ control.normals.T
+    push = bend @ control.normals.T
     if (room < 0).any():
         return None
     far = np.min(room[push > 1e-12] / push[push > 1e-12], initial=100.0)
