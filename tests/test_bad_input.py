@@ -98,7 +98,7 @@ def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
     assert_is_one_clear_sentence(str(caught.value), str(path))
 
 
-@examples(7.5)
+@examples(2.5)
 @given(faulty())
 def test_a_made_up_file_is_a_usable_game_or_told_to_be_none(tables: dict[str, Any]) -> None:
     source = "some/file.toml"

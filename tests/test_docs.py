@@ -12,6 +12,7 @@ from benchmarks.sweeps.grid import is_grid, read_grid
 from ppg_env import make_game
 from ppg_env.formats.game_file import read_game
 from tests.command import Ppg
+from tests.marks import slow_if
 
 ROOT = Path(__file__).parents[1]
 PLAYERS = ("nash", "potential", "social", "straight", "ppo-selfish", "ppo-social")
@@ -30,16 +31,20 @@ SHORTER = {
     "reproduce": "--settings l1:3 --scenarios parallel --lams 0.5 --episodes 500 --jobs 1",
     "train": "--steps 8192 --seeds 1 --jobs 1",
     "study": "--scenarios parallel --speeds l1 --lams 0.5 --episodes 1000 --jobs 1",
+    "regret": "--steps 2048 --episodes 500",
     "study scaling": "--scenarios intersection --lams 0.5 --episodes 1000",
 }
-"""What is added to a command of which the page says that it takes minutes; last options count."""
+"""What is added to a command of which the page says that it takes minutes, and to every bound on
+regret; last options count."""
 
 
 def commands(page: Path) -> list[str]:
     lines = [line for block in blocks(page, "sh") for line in block.splitlines()]
     found = [line.split("  #") for line in lines if line.startswith("ppg ")]
     return [
-        f"{command} {_shorter(command)}" if "minutes" in "".join(remark) else command
+        f"{command} {_shorter(command)}"
+        if "minutes" in "".join(remark) or command.startswith("ppg regret")
+        else command
         for command, *remark in found
     ]
 
@@ -54,7 +59,13 @@ def words(command: str) -> list[str]:
     return shlex.split(command)[1:]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def takes_long(page: Path) -> bool:
+    """Whether the commands of a page take more than a few seconds, even shortened."""
+    return page.name in ("README.md", "learning.md") or page.parent.name == "studies"
+
+
+@pytest.mark.usefixtures("short_trainings")
+@pytest.mark.parametrize("page", slow_if(takes_long, PAGES), ids=lambda page: page.name)
 def test_commands_run_in_the_order_of_the_page(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

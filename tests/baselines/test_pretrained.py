@@ -14,6 +14,7 @@ from ppg_env.formats.game_file import game_from_tables
 from ppg_env.scenarios import paper
 from ppg_env.scenarios.make import SPEEDS, override_game
 from ppg_env.scenarios.registry import registry
+from tests.marks import slow_if
 
 PAPER = [name for name, function in registry().items() if function.__module__ == paper.__name__]
 EPISODES = 4000
@@ -40,7 +41,11 @@ def test_other_games_have_none() -> None:
         find_pretrained("ppo-selfish", make_game("head_on", lam=0.99))
 
 
-@pytest.mark.parametrize("path", available(), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    slow_if(lambda path: "l1-ppo-selfish" not in path.stem, available()),
+    ids=lambda path: path.stem,
+)
 def test_published_figures_are_replayed(path) -> None:
     """Other episodes, fewer of them: the figures of each run must agree within five deviations."""
     learned = read_learned(path)

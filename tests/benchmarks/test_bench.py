@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 
 def test_a_quick_run_measures_everything_once(ppg):
     measured = ppg("bench", "--quick", "--json").json["measurements"]
@@ -14,6 +16,7 @@ def test_a_quick_run_measures_everything_once(ppg):
         assert part in text
 
 
+@pytest.mark.slow
 def test_training_is_measured(ppg):
     rows = ppg("bench", "learning", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)
@@ -22,6 +25,7 @@ def test_training_is_measured(ppg):
     assert all(row["value"] > 0 for row in rows)
 
 
+@pytest.mark.slow
 def test_sweeps_are_measured(ppg):
     rows = ppg("bench", "sweep", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)
@@ -30,6 +34,7 @@ def test_sweeps_are_measured(ppg):
     assert all(row["value"] > 0 for row in rows)
 
 
+@pytest.mark.slow
 def test_the_engine_is_measured_beside_highs(ppg):
     rows = ppg("bench", "engine", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)

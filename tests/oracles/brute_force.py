@@ -69,8 +69,10 @@ class Line:
 
     def moves(self, agent: int, t: int, step: float) -> range:
         """Grid steps that the agent may take at time t."""
-        changed = self.later is not None and t >= self.later[0]
-        most = round((self.later[1] if changed else self.limits)[agent] / step)
+        limits = self.limits
+        if self.later is not None and t >= self.later[0]:
+            limits = self.later[1]
+        most = round(limits[agent] / step)
         return range(-most, most + 1)
 
     def ahead(self, agent: int, t: int, x: int | None, step: float) -> list[int | None]:

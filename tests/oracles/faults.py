@@ -278,6 +278,7 @@ def faulty(draw: st.DrawFn) -> dict[str, Any]:
             kinds += ["shorter", "longer", "flat"]
         if isinstance(old, (int, float)) and not isinstance(old, bool):
             kinds += ["scaled"]
+        value: Any
         match draw(st.sampled_from(kinds)):
             case "missing":
                 value = MISSING

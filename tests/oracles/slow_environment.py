@@ -63,18 +63,19 @@ class SlowGame:
 
     def bodies(self) -> list[tuple[int, int | None, np.ndarray, np.ndarray]]:
         """All pairs that may meet: i, j or None, displacement, vertices of the collision set."""
-        d, found = self.game.dim, []
+        d = self.game.dim
+        pairs: list[tuple[int, int | None, np.ndarray, np.ndarray]] = []
         for i, one in enumerate(self.game.agents):
             for j in range(i + 1, len(self.game.agents)):
                 away = self.states[i][:d] - self.states[j][:d]
                 other = self.game.agents[j].shape.vertices
                 sums = (other[:, None] - one.shape.vertices[None]).reshape(-1, d)
-                found.append((i, j, away, sums))
+                pairs.append((i, j, away, sums))
         for i, one in enumerate(self.game.agents):
             for obstacle in self.game.obstacles:
                 sums = (obstacle.vertices[:, None] - one.shape.vertices[None]).reshape(-1, d)
-                found.append((i, None, self.states[i][:d], sums))
-        return found
+                pairs.append((i, None, self.states[i][:d], sums))
+        return pairs
 
     def step(self, actions: np.ndarray, noise: np.ndarray, roots: np.ndarray) -> Outcome:
         game, rules, agents = self.game, self.rules, self.game.agents

@@ -7,6 +7,7 @@ covariances from the recursion, arrivals from the means.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import erfc, inf, sqrt
 
 import numpy as np
@@ -94,11 +95,18 @@ def spread_over_time(agent: Agent, horizon: int) -> list[np.ndarray]:
 
 
 def faces_of_sum(one: np.ndarray, other: np.ndarray) -> list[Face]:
-    """Faces of the Minkowski sum of two convex bodies in the plane or in space.
+    """Faces of the Minkowski sum of two convex bodies in the plane or in space."""
+    return _faces_of_sum(tuple(map(tuple, one.tolist())), tuple(map(tuple, other.tolist())))
+
+
+@cache
+def _faces_of_sum(*corners: tuple[tuple[float, ...], ...]) -> list[Face]:
+    """Faces of the sum of two bodies, kept because many encounters have the same two.
 
     A face is normal to d - 1 differences of corners, and the corners that are farthest along its
     normal, of both bodies, differ in d - 1 independent directions.
     """
+    one, other = map(np.array, corners)
     d = one.shape[1]
     edges = [b - a for body in (one, other) for a in body for b in body if (a != b).any()]
     if d == 2:

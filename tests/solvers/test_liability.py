@@ -14,6 +14,7 @@ from ppg_env.game import objective
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.liability import make_rule
 from solvers.solution import Status
+from tests.marks import first
 from tests.oracles.brute_force import Line, best_response_value
 
 LAMS = st.lists(st.sampled_from([0.0, 0.25, 0.5, 0.9]), min_size=3, max_size=3)
@@ -93,18 +94,18 @@ def test_who_has_the_way_pays_nothing_and_there_is_no_potential():
     assert rule.potential is None
 
 
-@pytest.mark.parametrize("kind", ["margin", "risk"])
+@pytest.mark.parametrize("kind", first(1, ["margin", "risk"]))
 def test_right_of_way_is_two_best_responses_one_after_the_other(kind):
     game = make_game("head_on", speed="l1", objective=kind, lam=[0.8, 0.6], gain=0.0)
-    for first, charge in ((0, "right-of-way"), (1, "right-of-way:1-0")):
+    for leader, charge in ((0, "right-of-way"), (1, "right-of-way:1-0")):
         solution = best_response_dynamics(game, charge=charge)
         assert solution.status is Status.EQUILIBRIUM
-        second = 1 - first
-        fastest = straight_plan(game.agents[first], game.horizon).arrival
-        assert solution.evaluation.arrival[first] == fastest
+        second = 1 - leader
+        fastest = straight_plan(game.agents[leader], game.horizon).arrival
+        assert solution.evaluation.arrival[leader] == fastest
         other = best_response(game, second, solution.profile, charge="pigou", solver="HIGHS")
         proof = certify(game, solution.profile, charge=charge)
-        assert proof.cost[first] == pytest.approx(game.agents[first].lam * fastest)
+        assert proof.cost[leader] == pytest.approx(game.agents[leader].lam * fastest)
         assert proof.cost[second] == pytest.approx(other.value, abs=1e-5)
         assert proof.epsilon <= 1e-5
         assert proof.cost.sum() == pytest.approx(solution.evaluation.social_cost)
@@ -140,7 +141,7 @@ def test_who_has_the_way_must_still_not_fly_through_others(solver):
     assert found.minimised == "charge[0]"
 
 
-@pytest.mark.parametrize("charge", ["partial:0.5", "right-of-way", "right-of-way:2-1-0"])
+@pytest.mark.parametrize("charge", first(1, ["partial:0.5", "right-of-way", "right-of-way:2-1-0"]))
 def test_without_a_potential_there_is_still_a_certified_end(charge):
     game = make_game("intersection3", speed="l1", objective="risk", gain=0.0, lam=[0.5, 0.7, 0.9])
     solution = best_response_dynamics(game, charge=charge)
@@ -152,6 +153,7 @@ def test_without_a_potential_there_is_still_a_certified_end(charge):
     assert certify(game, solution.profile).epsilon > 1e-4  # selfish, they would do otherwise
 
 
+@pytest.mark.slow
 def test_the_potential_of_a_partial_rule_falls_and_the_optimum_is_pigous_equilibrium():
     game = make_game("intersection3", speed="l1", objective="risk", gain=0.0, lam=[0.5, 0.9, 0.5])
     partial = best_response_dynamics(game, charge="partial:0.5")

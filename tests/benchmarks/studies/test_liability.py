@@ -33,6 +33,7 @@ def test_every_rule_runs_in_both_orders_and_right_of_way_follows_them():
     assert lams == {(0.8, 0.8), (0.65, 0.95)}
 
 
+@pytest.mark.slow
 def test_costs_and_regrets_of_rows_are_those_of_their_rules(whole):
     for stored in whole(study.STUDY):
         known = data.digest(stored)

@@ -20,6 +20,7 @@ def test_two_agents_pass_on_either_side(name):
         assert passing(game, one.solution.profile) == one.name
 
 
+@pytest.mark.slow
 def test_they_come_cheapest_first_and_are_the_same_for_the_same_seed():
     game = make_game("circle(4)", speed="l1")
     first, again = (collect_equilibria(game, runs=6, seed=3) for _ in range(2))

@@ -79,6 +79,7 @@ def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatc
     assert eager.value == pytest.approx(plain.value, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_lemmas_are_no_more_than_what_plans_really_lose():
     """The value of three movers' losses is at most that of any feasible profile of four."""
     game = crossing(gain=-0.5)
@@ -172,6 +173,7 @@ def test_the_bound_from_pairs_is_never_above_the_optimum(name, lam):
     assert bound >= sum(agent.lam for agent in game.agents)  # it says something
 
 
+@pytest.mark.slow
 def test_descent_betters_best_responses_and_repeats_itself():
     game = crossing()
     best = social_optimum(game)
@@ -196,6 +198,7 @@ def test_many_agents_get_plans_a_bound_and_the_truth_about_the_gap():
     assert {what for what, _ in told} == {"value", "bound"}
 
 
+@pytest.mark.slow
 def test_a_limit_on_nodes_gives_the_same_answer_everywhere():
     game = crossing(gain=-0.5)
     first, again = (social_optimum(game, node_limit=150) for _ in range(2))

@@ -2,58 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import cvxpy as cp
 import numpy as np
 import pytest
 
-from ppg_env import InputError, evaluate, make_game, straight_plan
-from solvers import Status, best_response, best_response_dynamics, social_optimum
+from ppg_env import InputError, make_game
+from solvers import Status, best_response_dynamics
 from solvers.reference.cvxpy_backend import check_backend, solve
 
-TWO_AGENTS = ("opposing", "head_on", "parallel", "intersection")
 OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}
-TOO_LARGE = "too large for the size-limited licence of Gurobi"
-
-
-def cases():
-    """The paper's scenarios; of the slow ones, risk with the L1 ball, one."""
-    found = [(n, s, o) for n in TWO_AGENTS for s in ("box", "l1") for o in ("margin", "risk")]
-    return [case for case in found if case[1:] != ("l1", "risk") or case[0] == "opposing"]
-
-
-@cache
-def on_highs(game):
-    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
-    return straight, social_optimum(game), best_response(game, 0, straight)
-
-
-@pytest.mark.parametrize(("name", "speed", "objective"), cases())
-@pytest.mark.parametrize("solver", OTHERS)
-def test_every_back_end_finds_the_same_social_optimum_and_best_response(
-    solver, name, speed, objective
-):
-    pytest.importorskip(OTHERS[solver])
-    game = make_game(name, objective=objective, speed=speed)
-    straight, social, response = on_highs(game)
-    other = social_optimum(game, solver=solver)
-    if solver == "GUROBI" and other.status is Status.ERROR:
-        pytest.skip(TOO_LARGE)
-    assert other.status is Status.OPTIMAL
-    assert other.value == pytest.approx(social.value, rel=1e-6)
-    assert other.bound == pytest.approx(social.bound, rel=1e-6)
-    there = best_response(game, 0, straight, solver=solver)
-    assert there.value == pytest.approx(response.value, rel=1e-6)
-    assert evaluate(game, there.profile).violations((0,)) == ()
-
-
-def test_three_agents_have_one_optimum_on_both_back_ends():
-    pytest.importorskip("pyscipopt")
-    game = make_game("intersection3")
-    assert social_optimum(game, solver="scip").value == pytest.approx(
-        social_optimum(game).value, rel=1e-6
-    )
 
 
 @pytest.mark.parametrize("solver", ["HIGHS", "SCIP"])

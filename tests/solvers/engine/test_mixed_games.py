@@ -1,4 +1,4 @@
-"""The engine where everything is mixed: against the reference, and cut short."""
+"""The engine on games that mix everything a game may have, whole and cut short."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.symmetry import symmetries
 from solvers.solution import Status
-from tests.solvers.engine.test_engine import both
-from tests.solvers.mixed_games import mixed_game
+from tests.marks import first
+from tests.oracles.mixed_games import mixed_game
 
 
 def test_the_games_are_as_mixed_as_they_are_said_to_be():
@@ -36,28 +36,8 @@ def test_the_games_are_as_mixed_as_they_are_said_to_be():
         assert 5 < sum(bool(wanted(agent)) for agent in agents) < len(agents)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
-def test_all_programs_agree_with_the_reference(seed):
-    mixed = mixed_game(seed)
-    game = mixed.game
-    for i in range(2):
-        both(objective.selfish(game, i), (i,), mixed.profile)
-    if game.dim < 3:  # the reference may take minutes in space
-        for weights in (objective.social(game), objective.potential(game)):
-            both(weights, (0, 1), None)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 4, 5])
-def test_three_agents_agree_with_the_reference(seed):
-    game = mixed_game(seed, 3).game
-    for weights in (objective.social(game), objective.potential(game)):
-        both(weights, range(3), None)
-
-
-@pytest.mark.parametrize("seed", range(24))
-def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
+@pytest.mark.parametrize("seed", first(8, range(24)))
+def test_plans_of_mixed_games_hold_and_no_agent_gains(seed):
     game = mixed_game(seed).game
     social, potential = social_optimum(game), potential_equilibrium(game)
     if social.status is Status.INFEASIBLE:
@@ -71,7 +51,7 @@ def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
         assert solution.evaluation.feasible
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", first(8, range(30)))
 def test_a_bound_never_passes_the_optimum_however_early_the_search_stops(seed):
     game = mixed_game(seed).game
     weights = objective.social(game)
@@ -87,7 +67,7 @@ def test_a_bound_never_passes_the_optimum_however_early_the_search_stops(seed):
 WALLED = [seed for seed in range(60) if mixed_game(seed).game.obstacles][:12]
 
 
-@pytest.mark.parametrize("seed", WALLED)
+@pytest.mark.parametrize("seed", first(4, WALLED))
 def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     game = mixed_game(seed).game
     weights = objective.social(game)
@@ -99,7 +79,7 @@ def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     assert advised.bound == pytest.approx(plain.bound, rel=1e-7, abs=1e-7)
 
 
-def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the_other():
+def test_an_obstacle_that_is_costly_to_pass_is_priced_once_for_all_arrivals_of_the_other():
     # Time costs nothing here, so every arrival has to be proved; without the prices of walls the
     # bound is at 48 after 5,000 programs.
     game = mixed_game(252).game
@@ -108,7 +88,7 @@ def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the
     assert found.value == pytest.approx(121.2131119, abs=1e-6)  # as HiGHS found, in 13 s
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", first(8, range(30)))
 def test_drawn_plans_are_no_better_than_a_response_and_arrive_no_earlier_than_possible(seed):
     mixed = mixed_game(seed)
     game, judged = mixed.game, evaluate(mixed.game, mixed.profile)

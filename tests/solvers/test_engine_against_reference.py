@@ -1,0 +1,136 @@
+"""The engine against the paper's formulation on other back ends: best responses, joint optima."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+
+import pytest
+
+from ppg_env import evaluate, make_game
+from ppg_env.game import objective
+from ppg_env.game.least_effort import straight_plan
+from ppg_env.scenarios.make import SPEEDS
+from solvers import Status, best_response, social_optimum
+from solvers.budget import Budget
+from solvers.dispatch import ENGINE, minimise
+from tests.marks import first, slow_if
+from tests.oracles.mixed_games import mixed_game
+from tests.oracles.random_games import drawn_plan, random_game
+
+PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
+KINDS = ("margin", "risk")
+
+
+def assert_agree(weights, movers, given):
+    """Both find the same status, value and bound."""
+    engine, reference = (
+        minimise(weights, movers, given, solver, Budget(None)) for solver in (ENGINE, "HIGHS")
+    )
+    assert engine.status is reference.status
+    if engine.profile is not None:
+        value = reference.value
+        near = pytest.approx(value, rel=1e-6, abs=1e-6)
+        assert engine.value == near
+        assert engine.bound == near
+        assert engine.bound <= value + 1e-7 * max(1.0, abs(value))
+
+
+@pytest.mark.parametrize("name", slow_if("intersection3".__eq__, PAPER))
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("lam", "gain"), [(0.2, 0.5), (0.8, 0.0)])
+def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
+    game = make_game(name, speed=speed, objective=kind, lam=lam, gain=gain)
+    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    assert_agree(objective.selfish(game, 0), (0,), straight)
+
+
+@pytest.mark.parametrize("name", first(1, ["head_on", "opposing", "parallel", "intersection"]))
+@pytest.mark.parametrize("speed", ["box", "l1"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_joint_optima_agree_with_the_reference(name, speed, kind):
+    game = make_game(name, speed=speed, objective=kind, lam=0.8)
+    for weights in (objective.social(game), objective.potential(game)):
+        assert_agree(weights, (0, 1), None)
+
+
+def test_obstacles_and_three_dimensions_agree_with_the_reference():
+    for name in ("course", "intersection_3d"):
+        game = make_game(name, objective="risk", lam=0.7)
+        straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+        assert_agree(objective.selfish(game, 0), (0,), straight)
+
+
+@pytest.mark.parametrize("seed", first(8, range(100, 200)))
+def test_random_games_agree_with_the_reference(seed):
+    game, random = random_game(seed)
+    plans = [
+        next((plan for _ in range(200) if (plan := drawn_plan(agent, random))), None)
+        for agent in game.agents
+    ]
+    if None in plans:
+        pytest.skip("no plan was drawn for one of the agents")
+    assert_agree(objective.selfish(game, 0), (0,), tuple(plans))
+    if len(game.agents) == 2:
+        assert_agree(objective.social(game), (0, 1), None)
+
+
+@pytest.mark.parametrize("seed", first(4, range(20)))
+def test_all_programs_of_mixed_games_agree_with_the_reference(seed):
+    mixed = mixed_game(seed)
+    game = mixed.game
+    for i in range(2):
+        assert_agree(objective.selfish(game, i), (i,), mixed.profile)
+    if game.dim < 3:  # the reference may take minutes in space
+        for weights in (objective.social(game), objective.potential(game)):
+            assert_agree(weights, (0, 1), None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_mixed_games_of_three_agents_agree_with_the_reference(seed):
+    game = mixed_game(seed, 3).game
+    for weights in (objective.social(game), objective.potential(game)):
+        assert_agree(weights, range(3), None)
+
+
+OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}
+TOO_LARGE = "too large for the size-limited licence of Gurobi"
+
+
+@cache
+def on_the_engine(game):
+    straight = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
+    return straight, social_optimum(game), best_response(game, 0, straight)
+
+
+def costly(case):
+    """Risk with the L1 ball takes SCIP longest."""
+    return case[1:] == ("l1", "risk") or case[0] == "intersection"
+
+
+@pytest.mark.parametrize("case", slow_if(costly, product(PAPER[:4], ("box", "l1"), KINDS)), ids=str)
+@pytest.mark.parametrize("solver", OTHERS)
+def test_planners_agree_with_other_back_ends(solver, case):
+    pytest.importorskip(OTHERS[solver])
+    name, speed, kind = case
+    game = make_game(name, objective=kind, speed=speed)
+    straight, social, response = on_the_engine(game)
+    other = social_optimum(game, solver=solver)
+    if solver == "GUROBI" and other.status is Status.ERROR:
+        pytest.skip(TOO_LARGE)
+    assert other.status is Status.OPTIMAL
+    assert other.value == pytest.approx(social.value, rel=1e-6)
+    assert other.bound == pytest.approx(social.bound, rel=1e-6)
+    there = best_response(game, 0, straight, solver=solver)
+    assert there.value == pytest.approx(response.value, rel=1e-6)
+    assert evaluate(game, there.profile).violations((0,)) == ()
+
+
+def test_three_agents_have_one_optimum_on_scip():
+    pytest.importorskip("pyscipopt")
+    game = make_game("intersection3")
+    assert social_optimum(game, solver="scip").value == pytest.approx(
+        social_optimum(game).value, rel=1e-6
+    )
