@@ -126,5 +126,5 @@ def find_study(name: str) -> Study:
     from ppg_env.errors import require
 
     require(name in STUDIES, "study", f"is {name!r}", "write " + " or ".join(STUDIES))
-    found: Study = import_module(f"benchmarks.studies.{name}").STUDY
+    found: Study = import_module(f"benchmarks.studies.{name}.study").STUDY
     return found

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from baselines.pretrained import find_pretrained
-from benchmarks.studies import learned, tightness
+from benchmarks.studies.learned import study as learned
 from benchmarks.studies.results import completed, read_rows, write_rows
+from benchmarks.studies.tightness import study as tightness
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
 

@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from benchmarks.studies import atlas
+from benchmarks.studies.atlas import study as atlas
 from benchmarks.studies.study import Choice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 

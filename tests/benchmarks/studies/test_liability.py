@@ -6,7 +6,7 @@ from math import inf
 
 import pytest
 
-from benchmarks.studies import liability
+from benchmarks.studies.liability import study as liability
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.plan import make_profile
 from solvers import certify

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.studies import surrogate
 from benchmarks.studies.orders import Game, Pair, clearest, games
-from benchmarks.studies.surrogate import SCORES
+from benchmarks.studies.surrogate import study as surrogate
+from benchmarks.studies.surrogate.study import SCORES
 from tests.benchmarks.studies.conftest import crashing
 
 

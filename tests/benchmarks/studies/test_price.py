@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from benchmarks.comparison.compare import FEW
-from benchmarks.studies import price, prices
+from benchmarks.studies import prices
+from benchmarks.studies.price import study as price
 from benchmarks.studies.results import NEGLIGIBLE
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.evaluation import evaluate

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.studies import scaling
+from benchmarks.studies.scaling import study as scaling
 from benchmarks.studies.study import Choice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.studies import prices, sensitivity
+from benchmarks.studies import prices
+from benchmarks.studies.sensitivity import study as sensitivity
 from tests.benchmarks.studies.conftest import SMALL, crashing
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.studies import surrogate
-from benchmarks.studies.surrogate import CAPS
+from benchmarks.studies.surrogate import study as surrogate
+from benchmarks.studies.surrogate.study import CAPS
 from ppg_env.game.objective import crash_risk
 
 

@@ -166,7 +166,7 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """Seconds, gap, cost ratio and risk ratio over what grows."""
-    from benchmarks.studies.scaling_figure import draw_growth
+    from benchmarks.studies.scaling.figure import draw_growth
 
     return {"": draw_growth(games(rows))}
 

@@ -242,7 +242,7 @@ def _shares(found: Sequence[Game]) -> Iterator[str]:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """Cost gaps above, risk ratios below; a column for each society."""
-    from benchmarks.studies.liability_figure import draw_games
+    from benchmarks.studies.liability.figure import draw_games
 
     by_speed = grouped(games(rows).items(), lambda item: item[0][0])
     return {

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.atlas import Game, Kind
+from benchmarks.studies.atlas.study import Game, Kind
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

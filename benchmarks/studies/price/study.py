@@ -163,7 +163,7 @@ def _by_axis(found: Sequence[Price]) -> Iterator[str]:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """A figure for each speed set."""
-    from benchmarks.studies.price_figure import draw_speed
+    from benchmarks.studies.price.figure import draw_speed
 
     found = {name: grouped(prices(rows, name, AXES), _family) for name in EQUILIBRIA}
     speeds = dict.fromkeys(key[0] for key in found["nash"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.figures import new_figure
 from benchmarks.studies.prices import Price
 from benchmarks.studies.results import Row
-from benchmarks.studies.scaling import LIMIT, LONG, PLAYERS, size_of
+from benchmarks.studies.scaling.study import LIMIT, LONG, PLAYERS, size_of
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

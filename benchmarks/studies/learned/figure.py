@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.learned import PLAYERS
+from benchmarks.studies.learned.study import PLAYERS
 from benchmarks.studies.results import Row
 from ppg_env.plotting import COLOURS
 

@@ -240,7 +240,7 @@ def _places(rows: Sequence[Row], kind: str) -> str:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """A figure for each speed set."""
-    from benchmarks.studies.learned_figure import draw_speed
+    from benchmarks.studies.learned.figure import draw_speed
 
     return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
 

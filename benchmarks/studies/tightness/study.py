@@ -181,7 +181,7 @@ def _ratio(value: float) -> str:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """A figure for each speed set."""
-    from benchmarks.studies.tightness_figure import draw_speed
+    from benchmarks.studies.tightness.figure import draw_speed
 
     return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
 

@@ -189,7 +189,7 @@ def words(rows: Sequence[Row]) -> Iterator[str]:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """One figure."""
-    from benchmarks.studies.surrogate_figure import draw_scores
+    from benchmarks.studies.surrogate.figure import draw_scores
 
     return {"": draw_scores(games(rows))}
 

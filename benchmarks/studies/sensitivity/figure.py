@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.price_figure import draw_risk, frame
+from benchmarks.studies.price.figure import draw_risk, frame
 from benchmarks.studies.prices import EQUILIBRIA, Price
 from ppg_env.plotting import COLOURS
 

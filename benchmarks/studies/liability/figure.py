@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.liability import RESTORED, RULES, Game, worst
+from benchmarks.studies.liability.study import RESTORED, RULES, Game, worst
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

@@ -216,7 +216,7 @@ def _risks(known: Sequence[Row]) -> str:
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """A panel for each game."""
-    from benchmarks.studies.atlas_figure import draw_atlas
+    from benchmarks.studies.atlas.figure import draw_atlas
 
     return {"": draw_atlas(games(rows))}
 

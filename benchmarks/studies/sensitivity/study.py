@@ -147,7 +147,7 @@ TOLD: dict[str, Callable[[Sequence[Price]], str]] = {
 
 def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
     """One figure."""
-    from benchmarks.studies.sensitivity_figure import draw_levels
+    from benchmarks.studies.sensitivity.figure import draw_levels
 
     return {"": draw_levels({name: by_level(rows, name) for name in EQUILIBRIA})}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.figures import new_figure
 from benchmarks.studies.results import Row
-from benchmarks.studies.tightness import BOUNDS, OBJECTIVES
+from benchmarks.studies.tightness.study import BOUNDS, OBJECTIVES
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

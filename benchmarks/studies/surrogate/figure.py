@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.figures import new_figure
 from benchmarks.studies.orders import Game, clearest
 from benchmarks.studies.results import NEGLIGIBLE, Row, chance, limits
-from benchmarks.studies.surrogate import CAPS, SCORES, plan_name
+from benchmarks.studies.surrogate.study import CAPS, SCORES, plan_name
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
