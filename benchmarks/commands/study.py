@@ -75,7 +75,7 @@ def study(
 ) -> None:
     """Run a study, or continue it, and report what its rows say."""
     from benchmarks.output_paths import own_folder, target
-    from benchmarks.studies.study import find_study
+    from benchmarks.studies.registry import find_study
 
     found = find_study(name)
     choice = _choice(found.choice, chosen, seed)

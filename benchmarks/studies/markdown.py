@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from benchmarks.studies.registry import find_study
 from benchmarks.studies.results import read_rows
-from benchmarks.studies.study import Table, find_study
+from benchmarks.studies.study import Table
 from ppg_env.errors import require
 
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from benchmarks.studies.results import Row, grouped, limits
+from benchmarks.studies.results import StudyRow, grouped, limits
 
 ORDERS = ("right", "tied", "wrong")
 
@@ -24,11 +24,11 @@ TIE = 0.01
 
 
 @dataclass(frozen=True)
-class Pair:
+class PlanPair:
     """Two plans for one game, of which the first is the safer one beyond doubt."""
 
-    safer: Row
-    riskier: Row
+    safer: StudyRow
+    riskier: StudyRow
 
     def order(self, score: int) -> str:
         """Whether a score, by its number, has the pair ``right``, ``tied`` or ``wrong``."""
@@ -44,12 +44,12 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Game:
+class GamePlans:
     """The plans for one game that differ, and the pairs of them that are told apart."""
 
     name: str
-    plans: Sequence[Row]
-    pairs: Sequence[Pair]
+    plans: Sequence[StudyRow]
+    pairs: Sequence[PlanPair]
 
     def tau(self, score: int) -> float:
         """Kendall's tau-b of a score and the crash probability; nan if all crash alike."""
@@ -64,7 +64,7 @@ class Game:
         return {order: found.count(order) for order in ORDERS}
 
 
-def games(rows: Sequence[Row]) -> list[Game]:
+def games(rows: Sequence[StudyRow]) -> list[GamePlans]:
     """Games, each with its plans; of plans that are the same, the first stands for all.
 
     Left out are plans whose means overlap, such as most straight models: no planner may choose
@@ -75,20 +75,20 @@ def games(rows: Sequence[Row]) -> list[Game]:
     for name, mine in grouped(known, _game_name).items():
         plans = list({row["plan"]: row for row in reversed(mine)}.values())[::-1]
         pairs = [
-            Pair(safer, riskier)
+            PlanPair(safer, riskier)
             for one, other in combinations(plans, 2)
             for safer, riskier in ((one, other), (other, one))
             if limits(safer)[1] < limits(riskier)[0]
         ]
-        found.append(Game(name, plans, pairs))
+        found.append(GamePlans(name, plans, pairs))
     return found
 
 
-def _game_name(row: Row) -> str:
+def _game_name(row: StudyRow) -> str:
     return f"{row['scenario']}, {row['speed']}, gain {row['gain']:g}"
 
 
-def clearest(found: Sequence[Game], score: int) -> tuple[Game, Pair] | None:
+def clearest(found: Sequence[GamePlans], score: int) -> tuple[GamePlans, PlanPair] | None:
     """The wrong pair whose crash probabilities are furthest apart, and its game."""
     wrong = [(game, pair) for game in found for pair in game.pairs if pair.order(score) == "wrong"]
     return max(wrong, key=lambda one: one[1].least, default=None)

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from benchmarks import sweeps
-from benchmarks.studies.results import FREE, NEGLIGIBLE, Row, limits
+from benchmarks.studies.results import FREE, NEGLIGIBLE, StudyRow, limits
 
 EQUILIBRIA = ("nash", "potential")
 OPTIMUM = "social"
@@ -33,7 +33,7 @@ FOUND = (
 """Columns of a sweep's row that prices are computed from."""
 
 
-def digest(row: sweeps.Row, axes: Sequence[str]) -> Row:
+def digest(row: sweeps.Row, axes: Sequence[str]) -> StudyRow:
     """What prices are computed from; ``axes`` are the columns that tell games apart."""
     return {name: getattr(row, name) for name in (*axes, "player", *FOUND)}
 
@@ -42,8 +42,8 @@ def digest(row: sweeps.Row, axes: Sequence[str]) -> Row:
 class Price:
     """The row of an equilibrium, and that of the optimum of the same game."""
 
-    selfish: Row
-    social: Row
+    selfish: StudyRow
+    social: StudyRow
 
     @property
     def cost(self) -> float:
@@ -63,6 +63,11 @@ class Price:
             max(row["crash_probability"], NEGLIGIBLE) for row in (self.selfish, self.social)
         )
         return float(above / below)
+
+    @property
+    def risk_text(self) -> str:
+        """The risk ratio as text, in brackets where the two risks are not told apart."""
+        return f"{self.risk:.3g}" if self.riskier or self.safer else f"({self.risk:.3g})"
 
     @property
     def least(self) -> float:
@@ -91,12 +96,12 @@ class Price:
         return above / below if above is not None and below else None
 
 
-def prices(rows: Iterable[Row], player: str, axes: Sequence[str]) -> list[Price]:
+def prices(rows: Iterable[StudyRow], player: str, axes: Sequence[str]) -> list[Price]:
     """Prices of the equilibria of ``player``, in the order of the rows.
 
     Games in which one of the two has no result are left out.
     """
-    found: dict[str, dict[tuple[object, ...], Row]] = {player: {}, OPTIMUM: {}}
+    found: dict[str, dict[tuple[object, ...], StudyRow]] = {player: {}, OPTIMUM: {}}
     for row in rows:
         if row["player"] in found and "reason" not in row:
             found[row["player"]][tuple(row[name] for name in axes)] = row
@@ -147,7 +152,7 @@ def summary(chosen: Mapping[str, Sequence[Price]]) -> tuple[str, ...]:
     return tuple(told)
 
 
-def missing(rows: Sequence[Row]) -> Iterator[str]:
+def missing(rows: Sequence[StudyRow]) -> Iterator[str]:
     """A sentence on plans that were not found, if there are any."""
     reasons = [row["reason"] for row in rows if "reason" in row]
     if reasons:

@@ -31,7 +31,7 @@ which the paper's objective is indifferent, crash about as often.
 Cell = TypeVar("Cell", bound=Hashable)
 Item = TypeVar("Item")
 Key = TypeVar("Key", bound=Hashable)
-Row = dict[str, Any]
+StudyRow = dict[str, Any]
 
 
 def probability(value: float, episodes: int) -> str:
@@ -40,13 +40,18 @@ def probability(value: float, episodes: int) -> str:
     return shown.replace("e-0", "e-")
 
 
-def chance(row: Row) -> str:
+def chance(row: StudyRow) -> str:
     """The crash probability of a sweep's row; its upper limit where no crash was seen."""
     value, high = row["crash_probability"], row["crash_probability_high"]
     return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
 
 
-def limits(row: Row) -> tuple[float, float]:
+def largest_regret(row: sweeps.Row) -> float | None:
+    """Return the largest certified regret of an agent in a sweep's row; None without one."""
+    return max(one or 0.0 for one in row.regret) if row.regret else None
+
+
+def limits(row: StudyRow) -> tuple[float, float]:
     """The 95 % limits of a row's crash probability, those below :data:`NEGLIGIBLE` raised to it."""
     low, high = row["crash_probability_low"], row["crash_probability_high"]
     return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
@@ -60,12 +65,12 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
     return found
 
 
-def by_speed(rows: Iterable[Row]) -> dict[str, list[Row]]:
+def by_speed(rows: Iterable[StudyRow]) -> dict[str, list[StudyRow]]:
     """Rows of each speed set."""
     return grouped(rows, lambda row: str(row["speed"]))
 
 
-def read_rows(path: Path, study: str) -> list[Row]:
+def read_rows(path: Path, study: str) -> list[StudyRow]:
     """The rows in ``path``; none if there is no such file yet."""
     if not path.exists():
         return []
@@ -84,7 +89,7 @@ def read_rows(path: Path, study: str) -> list[Row]:
     return rows
 
 
-def write_rows(path: Path, study: str, rows: Sequence[Row]) -> None:
+def write_rows(path: Path, study: str, rows: Sequence[StudyRow]) -> None:
     """Store ``rows``, one a line."""
     body = ",\n".join(to_json(row) for row in rows)
     write_atomically(path, f'{{"format": "{FORMAT}", "study": "{study}", "rows": [\n{body}\n]}}\n')
@@ -94,18 +99,18 @@ def completed(
     path: Path,
     study: str,
     cells: Sequence[Cell],
-    run: Callable[[Cell], Row],
-    same: Callable[[Cell, Row], bool],
+    run: Callable[[Cell], StudyRow],
+    same: Callable[[Cell, StudyRow], bool],
     *,
     jobs: int = 1,
     progress: Callable[[int], None] = lambda _count: None,
-) -> list[Row]:
+) -> list[StudyRow]:
     """Rows of all ``cells``, in order: stored ones, and those that had to be run.
 
     The file is written anew after every row.
     """
     stored = read_rows(path, study)
-    rows: dict[Cell, Row] = {}
+    rows: dict[Cell, StudyRow] = {}
     for cell, old in product(cells, stored):
         if cell not in rows and same(cell, old):
             rows[cell] = old
@@ -125,12 +130,12 @@ def digested(
     path: Path,
     study: str,
     cells: Sequence[sweeps.Cell],
-    digest: Callable[[sweeps.Row], Row],
+    digest: Callable[[sweeps.Row], StudyRow],
     store: Path,
     *,
     jobs: int = 1,
     progress: Callable[[int], None] = lambda _count: None,
-) -> list[Row]:
+) -> list[StudyRow]:
     """Digests of the rows of all ``cells`` of a sweep, in order.
 
     Those in ``path`` are taken from there, the others from ``store`` or from a run.  Cells without
@@ -152,7 +157,7 @@ def digested(
     return [stored[cell.address] for cell in cells]
 
 
-def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], Row]) -> Row:
+def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], StudyRow]) -> StudyRow:
     """What is known of the digest, in few digits; the same before and after it was stored."""
     if row.failed:
         return {"scenario": row.scenario, "player": row.player, "reason": row.reason}

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.studies.results import Row, completed, digested
+from benchmarks.studies.results import StudyRow, completed, digested
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,11 +73,11 @@ class Study:
     question: str
     choice: Choice
     cells: Callable[[Choice], Sequence[Any]]
-    tables: Callable[[Sequence[Row]], Iterable[Table]]
-    words: Callable[[Sequence[Row]], Iterable[str]]
-    draw: Callable[[Sequence[Row]], Mapping[str, Figure]]
-    digest: Callable[[sweeps.Row], Row] | None = None
-    run: Callable[[Any, int, int], Row] | None = None
+    tables: Callable[[Sequence[StudyRow]], Iterable[Table]]
+    words: Callable[[Sequence[StudyRow]], Iterable[str]]
+    draw: Callable[[Sequence[StudyRow]], Mapping[str, Figure]]
+    digest: Callable[[sweeps.Row], StudyRow] | None = None
+    run: Callable[[Any, int, int], StudyRow] | None = None
 
     def rows(
         self,
@@ -88,7 +87,7 @@ class Study:
         *,
         jobs: int = 1,
         progress: Callable[[int], None] = lambda _count: None,
-    ) -> list[Row]:
+    ) -> list[StudyRow]:
         """Rows of the cells of ``choice``, in order; those that ``results`` has are not run again.
 
         Rows of a sweep's cells are taken from ``store`` if it has them, and kept there in full.
@@ -101,7 +100,7 @@ class Study:
         assert self.run is not None
         asked = {"episodes": choice.episodes, "seed": choice.seed}
 
-        def same(cell: Any, row: Row) -> bool:
+        def same(cell: Any, row: StudyRow) -> bool:
             return all(row.get(key) == value for key, value in (vars(cell) | asked).items())
 
         return completed(
@@ -113,18 +112,3 @@ class Study:
             jobs=jobs,
             progress=progress,
         )
-
-
-STUDIES = (
-    "learned", "tightness", "price", "sensitivity", "surrogate", "liability", "atlas", "scaling",
-)  # fmt: skip
-"""Modules beside this one, each with its study as ``STUDY``."""
-
-
-def find_study(name: str) -> Study:
-    """The study called ``name``; raises InputError if there is none."""
-    from ppg_env.errors import require
-
-    require(name in STUDIES, "study", f"is {name!r}", "write " + " or ".join(STUDIES))
-    found: Study = import_module(f"benchmarks.studies.{name}.study").STUDY
-    return found

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from baselines.pretrained import find_pretrained
-from benchmarks.studies.learned import study as learned
+from benchmarks.studies.learned import data as learned
+from benchmarks.studies.learned import study as learned_study
 from benchmarks.studies.results import completed, read_rows, write_rows
-from benchmarks.studies.tightness import study as tightness
+from benchmarks.studies.tightness import data as tightness
+from benchmarks.studies.tightness import study as tightness_study
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
 
@@ -71,7 +73,7 @@ def test_the_figures_of_a_cell_are_those_of_the_runs():
     """A learner's cost is the mean over its runs, each in its own group of episodes."""
     from baselines.evaluate_runs import evaluate_runs
 
-    cell = learned.Cell("parallel", "l1", 0.5)
+    cell = learned.LearnedCell("parallel", "l1", 0.5)
     found = learned.run_cell(cell, 500, seed=2)["players"]["ppo-social"]
     game = cell.game()
     social = find_pretrained("ppo-social", game)
@@ -81,7 +83,7 @@ def test_the_figures_of_a_cell_are_those_of_the_runs():
 
 def test_words_count_what_the_rows_say():
     rows = [row("a", 1.0, 5.0), row("a", 1.2, 5.0), row("b", 1.01, 0.5), row("b", 1.0, 1.0, 0.2)]
-    said = list(learned.words(rows))
+    said = list(learned_study.words(rows))
     assert "at most 5% in 3 of 4 cells (ratio 1.000 to 1.200)" in said[0]
     assert "likelier in 2 cells, less likely in 1, and not told apart in 1" in said[0]
     assert "about as cheap and less safe: 1 cells" in said[0]
@@ -182,9 +184,9 @@ def tight(scenario, bounds, hits, low):
 def test_words_on_bounds_say_whether_the_order_holds():
     good = tight("a", (0.8, 0.6, 0.4, 0.2), 200, 0.15)
     rare = tight("b", (0.8, 0.6, 0.4, 0.01), 1, 0.0)
-    said = list(tightness.words([good, rare]))
+    said = list(tightness_study.words([good, rare]))
     assert "in 2 of 2 plans" in said[0]
     assert "The paper's bound: 4 times the count in the median plan of 1" in said[1]
     assert "Less shared: 1 times" in said[4]
     assert "a 4, b 80" in said[5]
-    assert "in 1 of 2 plans" in next(tightness.words([good, rare | {"hits": 40}]))
+    assert "in 1 of 2 plans" in next(tightness_study.words([good, rare | {"hits": 40}]))

@@ -1,1 +1,1 @@
-"""The study ``atlas``."""
+"""The study ``atlas``: its data, its figure, and the study that uses both."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.atlas.study import Game, Kind
+from benchmarks.studies.atlas.data import EquilibriumKind, GameEquilibria
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ AREA = 400.0
 """Of a mark that stands for all runs, in square points."""
 
 
-def draw_atlas(games: Sequence[Game]) -> Figure:
+def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
     """Every equilibrium as a mark whose area is its share of the runs."""
     lines = -(-len(games) // WIDE)
     figure = new_figure(3.6 * min(len(games), WIDE), 0.8 + 3.3 * lines)
@@ -69,7 +69,7 @@ def draw_atlas(games: Sequence[Game]) -> Figure:
     return figure
 
 
-def _shares(game: Game, kind: Kind) -> list[tuple[dict[str, Any], float]]:
+def _shares(game: GameEquilibria, kind: EquilibriumKind) -> list[tuple[dict[str, Any], float]]:
     """Each equilibrium of a kind, with the share of all runs that ended in it."""
     distinct, found = kind.distinct, []
     for k, row in enumerate(distinct):

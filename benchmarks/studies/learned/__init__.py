@@ -1,1 +1,1 @@
-"""The study ``learned``."""
+"""The study ``learned``: its data, its figure, and the study that uses both."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.learned.study import PLAYERS
-from benchmarks.studies.results import Row
+from benchmarks.studies.learned.data import PLAYERS
+from benchmarks.studies.results import StudyRow
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ NAMES = {
 }
 
 
-def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
+def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
     """A line of panels per scenario, expected cost and crash probability over lam."""
     shown = [row for row in rows if "players" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
@@ -65,7 +65,7 @@ def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
 
 def _curve(
     axes: Axes,
-    rows: Sequence[Row],
+    rows: Sequence[StudyRow],
     name: str,
     what: str,
     base: np.ndarray,

@@ -1,1 +1,1 @@
-"""The study ``liability``."""
+"""The study ``liability``: its data, its figure, and the study that uses both."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.liability.study import RESTORED, RULES, Game, worst
+from benchmarks.studies.liability.data import RESTORED, RULES, GameUnderRules, worst
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -19,7 +19,9 @@ MARKERS = "osD^vPXh"
 TICKS = [rule.replace(":", "\n").replace("right-of-", "right-of-\n") for rule in RULES]
 
 
-def draw_games(societies: Sequence[tuple[tuple[str, str, float], Sequence[Game]]]) -> Figure:
+def draw_games(
+    societies: Sequence[tuple[tuple[str, str, float], Sequence[GameUnderRules]]],
+) -> Figure:
     """A line of panels of cost gaps, one of risk ratios; a column for each society."""
     figure = new_figure(1.2 + 3.3 * len(societies), 6.0)
     grid: Any = figure.subplots(2, len(societies), sharex=True, sharey="row", squeeze=False)

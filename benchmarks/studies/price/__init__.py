@@ -1,1 +1,1 @@
-"""The study ``price``."""
+"""The study ``price``: its data, its figure, and the study that uses both."""

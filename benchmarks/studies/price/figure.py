@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.figures import new_figure
 from benchmarks.studies.prices import EQUILIBRIA, Price
+from benchmarks.studies.ratio_panels import draw_risk, frame
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Families = Mapping[str, Mapping[tuple[str, str, str, float], Sequence[Price]]]
@@ -26,9 +26,6 @@ STYLES = {
 }
 SHIFT = 0.008
 """Of neighbouring marks along lam, so that they do not hide each other."""
-
-RANGE = (3e-4, 3e4)
-"""Of risk ratios that are drawn."""
 
 
 def draw_speed(families: Families, speed: str) -> Figure:
@@ -65,22 +62,3 @@ def draw_speed(families: Families, speed: str) -> Figure:
         fontsize=10,
     )
     return figure
-
-
-def frame(cost: Axes, risk: Axes, objective: str) -> None:
-    """Names, scales and the line at one, of a panel of cost ratios and one of risk ratios."""
-    for axes, what in ((cost, "cost ratio"), (risk, "risk ratio")):
-        axes.axhline(1.0, color="0.5", linewidth=0.8, zorder=0)
-        axes.set_ylabel(f"{what} ({objective})", fontsize=8)
-        axes.tick_params(labelsize=7)
-        axes.grid(axis="y", alpha=0.3)
-    risk.set_yscale("log")
-    risk.set_ylim(*RANGE)
-
-
-def draw_risk(axes: Axes, place: float, price: Price, style: dict[str, Any]) -> None:
-    """The ratio with its limits; pale where the two risks are not told apart."""
-    pale = {"alpha": 1.0 if price.riskier or price.safer else 0.25}
-    bar = style | pale | {"marker": "", "linestyle": "-"}
-    axes.plot([place, place], np.clip([price.least, price.most], *RANGE), **bar)
-    axes.plot(place, price.risk, **style | pale)

@@ -1,24 +1,17 @@
-"""The price of selfish risk: what an equilibrium costs beside what it risks.
-
-In every game, a scenario of the paper with a speed set, an objective, a gain and a lam, three
-plans meet the same noise on schedule: the equilibrium that best-response dynamics find (``nash``),
-the one that minimises the potential, and the social optimum.  Ratios and the meaning of *beyond
-doubt* are those of :mod:`benchmarks.studies.prices`.  Costs are those of the game's objective:
-with ``margin`` they count missing margins, with ``risk`` they bound the expected cost.
-"""
+"""Tables, sentences and figures of the study ``price``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from itertools import product
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
+from benchmarks.studies.price.data import AXES, cells, family
+from benchmarks.studies.price.figure import draw_speed
 from benchmarks.studies.prices import (
     EQUILIBRIA,
     NOTE,
-    PLAYERS,
     SUMMARY,
     Price,
     digest,
@@ -29,35 +22,14 @@ from benchmarks.studies.prices import (
     summary,
     verdict,
 )
-from benchmarks.studies.results import NEGLIGIBLE, Row, chance, grouped
+from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, grouped
 from benchmarks.studies.study import PAPER, Choice, Study, Table
-from benchmarks.sweeps import Cell
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OBJECTIVES = ("margin", "risk")
-GAINS = (0.0, 0.5)
-AXES = ("speed", "scenario", "objective", "gain", "lam")
-FAMILY = AXES[:-1]
-"""Games of a family differ in lam alone."""
-
-
-def cells(choice: Choice) -> list[Cell]:
-    """Three players in every game."""
-    games = product(choice.speeds, choice.scenarios, OBJECTIVES, GAINS, choice.lams)
-    return [
-        Cell(
-            scenario,
-            player,
-            {"speed": speed, "objective": objective, "gain": gain, "lam": lam},
-            episodes=choice.episodes,
-            seed=choice.seed,
-        )
-        for speed, scenario, objective, gain, lam in games
-        for player in PLAYERS
-    ]
-
+QUESTION = "Equilibria cost little more than the optimum: how much more do they risk?"
+CHOICE = Choice(PAPER, ("l1", "disc"), (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=100_000)
 
 FAMILIES = ("scenario", "objective", "gain", *SUMMARY)
 DOUBTLESS = (
@@ -66,10 +38,10 @@ DOUBTLESS = (
 )  # fmt: skip
 
 
-def tables(rows: Sequence[Row]) -> Iterator[Table]:
+def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     """Families of games for each speed set; then all games in which the risks differ."""
     found = {name: prices(rows, name, AXES) for name in EQUILIBRIA}
-    families = {name: grouped(some, _family) for name, some in found.items()}
+    families = {name: grouped(some, family) for name, some in found.items()}
     games = max((len(some) for some in families[EQUILIBRIA[0]].values()), default=0)
     for speed, keys in grouped(families[EQUILIBRIA[0]], itemgetter(0)).items():
         lines = [
@@ -96,11 +68,6 @@ def tables(rows: Sequence[Row]) -> Iterator[Table]:
     )
 
 
-def _family(price: Price) -> tuple[str, str, str, float]:
-    speed, scenario, objective, gain = (price.selfish[name] for name in FAMILY)
-    return speed, scenario, objective, gain
-
-
 def _line(name: str, one: Price) -> tuple[str, ...]:
     game = one.selfish
     return (
@@ -119,7 +86,7 @@ def _line(name: str, one: Price) -> tuple[str, ...]:
     )
 
 
-def words(rows: Sequence[Row]) -> Iterator[str]:
+def words(rows: Sequence[StudyRow]) -> Iterator[str]:
     """What the rows say, in sentences that the data write."""
     for name in EQUILIBRIA:
         found = prices(rows, name, AXES)
@@ -161,22 +128,13 @@ def _by_axis(found: Sequence[Price]) -> Iterator[str]:
         yield f"by {axis} {', '.join(counts)}"
 
 
-def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
+def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """A figure for each speed set."""
-    from benchmarks.studies.price.figure import draw_speed
-
-    found = {name: grouped(prices(rows, name, AXES), _family) for name in EQUILIBRIA}
+    found = {name: grouped(prices(rows, name, AXES), family) for name in EQUILIBRIA}
     speeds = dict.fromkeys(key[0] for key in found["nash"])
     return {speed: draw_speed(found, speed) for speed in speeds}
 
 
 STUDY = Study(
-    "price",
-    "Equilibria cost little more than the optimum: how much more do they risk?",
-    Choice(PAPER, ("l1", "disc"), (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=100_000),
-    cells,
-    tables,
-    words,
-    draw,
-    digest=partial(digest, axes=AXES),
+    "price", QUESTION, CHOICE, cells, tables, words, draw, digest=partial(digest, axes=AXES)
 )

@@ -1,1 +1,1 @@
-"""The study ``scaling``."""
+"""The study ``scaling``: its data, its figure, and the study that uses both."""

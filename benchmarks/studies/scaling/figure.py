@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
 from benchmarks.studies.prices import Price
-from benchmarks.studies.results import Row
-from benchmarks.studies.scaling.study import LIMIT, LONG, PLAYERS, size_of
+from benchmarks.studies.results import StudyRow
+from benchmarks.studies.scaling.data import LIMIT, LONG, PLAYERS, size_of
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ MARKERS = "osD"
 DASHES = dict(zip(PLAYERS, ("-", "--"), strict=True))
 
 
-def draw_growth(families: Mapping[str, Sequence[tuple[Row, Row | None]]]) -> Figure:
+def draw_growth(families: Mapping[str, Sequence[tuple[StudyRow, StudyRow | None]]]) -> Figure:
     """Families that grow in N on the left, the one whose horizon grows on the right."""
     wide = [("agents N", [f for f in families if f != LONG]), ("horizon (steps)", [LONG])]
     shown = [(what, names) for what, names in wide if any(name in families for name in names)]
@@ -50,7 +50,7 @@ def draw_growth(families: Mapping[str, Sequence[tuple[Row, Row | None]]]) -> Fig
 
 
 def _draw(
-    pairs: Sequence[tuple[Row, Row | None]],
+    pairs: Sequence[tuple[StudyRow, StudyRow | None]],
     family: str,
     colour: str,
     marker: str,

@@ -1,1 +1,1 @@
-"""The study ``sensitivity``."""
+"""The study ``sensitivity``: its data, its figure, and the study that uses both."""

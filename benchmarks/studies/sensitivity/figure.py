@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.price.figure import draw_risk, frame
 from benchmarks.studies.prices import EQUILIBRIA, Price
+from benchmarks.studies.ratio_panels import draw_risk, frame
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:

@@ -1,97 +1,40 @@
-"""How far the price of selfish risk depends on what the paper fixes or leaves open.
-
-One factor at a time is changed, around the paper's objective and cap:
-
-    base   margin_cap 3, horizon 15, scale exact (with the square root of two), no feedback, and
-           the first speed set
-
-The factors are the cap M', the horizon, the scale of margins (the paper's programs drop the square
-root of two) and the speed set.  Levels of a factor are games of their own, with costs of their
-own: compared are ratios, as :mod:`benchmarks.studies.prices` defines them.
-"""
+"""Tables, sentences and figures of the study ``sensitivity``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from benchmarks.studies.prices import (
     EQUILIBRIA,
     NOTE,
-    PLAYERS,
     SAME,
     SUMMARY,
     Price,
     digest,
     missing,
-    prices,
     sides,
     summary,
 )
-from benchmarks.studies.results import Row
-from benchmarks.studies.study import OUT_OF_REACH, PAPER, Choice, Study, Table
-from benchmarks.sweeps import Cell
+from benchmarks.studies.results import StudyRow
+from benchmarks.studies.sensitivity.data import AXES, by_level, cells
+from benchmarks.studies.sensitivity.figure import draw_levels
+from benchmarks.studies.study import PAPER, Choice, Study, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CAPS, HORIZONS, SCALES = (3.0, 2.0, 5.0, 8.0), (15, 20), ("exact", "paper")
-"""Levels of the factors; the first is that of the base."""
-
-AXES = ("scenario", "lam", "margin_cap", "horizon", "scale", "speed")
-FACTORS = AXES[2:]
-SIGNS = {"margin_cap": "M' = ", "horizon": "horizon ", "scale": "scale ", "speed": "speed "}
-BASE = "base"
-
-Levels = dict[str, list[Price]]
-"""Prices by the name of the level."""
-
-
-def cells(choice: Choice) -> list[Cell]:
-    """Three players in every game of every level."""
-    return [
-        Cell(
-            scenario,
-            player,
-            {**level, "objective": "margin", "gain": 0.0, "lam": lam},
-            episodes=choice.episodes,
-            seed=choice.seed,
-        )
-        for level in levels(choice.speeds)
-        for scenario, lam, player in product(choice.scenarios, choice.lams, PLAYERS)
-        if (scenario, level["margin_cap"]) not in OUT_OF_REACH
-    ]
-
-
-def levels(speeds: Sequence[str]) -> list[dict[str, Any]]:
-    """The base, and then the base with another level of one factor."""
-    known = dict(zip(FACTORS, (CAPS, HORIZONS, SCALES, speeds), strict=True))
-    base = {factor: values[0] for factor, values in known.items()}
-    others = ((factor, value) for factor, values in known.items() for value in values[1:])
-    return [base, *(base | {factor: value} for factor, value in others)]
-
-
-def by_level(rows: Sequence[Row], player: str) -> Levels:
-    """Prices of the equilibria of ``player``, the base first."""
-    found = prices(rows, player, AXES)
-    named: Levels = {}
-    for one in found:
-        changed = [f for f in FACTORS if one.selfish[f] != found[0].selfish[f]]
-        name = ", ".join(f"{SIGNS[f]}{_plain(one.selfish[f])}" for f in changed) or BASE
-        named.setdefault(name, []).append(one)
-    return named
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
+QUESTION = (
+    "How far do cost gap and risk ratio depend on the cap M', the horizon, the square root of two "
+    "and the speed set?"
+)
+CHOICE = Choice(PAPER, ("l1", "disc", "box"), (0.5, 0.8, 0.9), episodes=100_000)
 
 COLUMNS = ("level", "scenario", *SUMMARY)
 
 
-def tables(rows: Sequence[Row]) -> Iterator[Table]:
+def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     """All scenarios together, and then each."""
     found = {name: by_level(rows, name) for name in EQUILIBRIA}
     scenarios = list(dict.fromkeys(row["scenario"] for row in rows))
@@ -112,7 +55,7 @@ def _of(scenario: str, chosen: Mapping[str, list[Price]]) -> dict[str, list[Pric
     }
 
 
-def words(rows: Sequence[Row]) -> Iterator[str]:
+def words(rows: Sequence[StudyRow]) -> Iterator[str]:
     """What the rows say, in sentences that the data write."""
     for name in EQUILIBRIA:
         found = by_level(rows, name)
@@ -145,21 +88,11 @@ TOLD: dict[str, Callable[[Sequence[Price]], str]] = {
 """What is told of every level."""
 
 
-def draw(rows: Sequence[Row]) -> Mapping[str, Figure]:
-    """One figure."""
-    from benchmarks.studies.sensitivity.figure import draw_levels
-
+def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
+    """Draw cost and risk ratios at every level."""
     return {"": draw_levels({name: by_level(rows, name) for name in EQUILIBRIA})}
 
 
 STUDY = Study(
-    "sensitivity",
-    "How far do cost gap and risk ratio depend on the cap M', the horizon, the square root of two "
-    "and the speed set?",
-    Choice(PAPER, ("l1", "disc", "box"), (0.5, 0.8, 0.9), episodes=100_000),
-    cells,
-    tables,
-    words,
-    draw,
-    digest=partial(digest, axes=AXES),
+    "sensitivity", QUESTION, CHOICE, cells, tables, words, draw, digest=partial(digest, axes=AXES)
 )

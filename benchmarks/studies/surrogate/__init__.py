@@ -1,1 +1,1 @@
-"""The study ``surrogate``."""
+"""The study ``surrogate``: its data, its figure, and the study that uses both."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.orders import Game, clearest
-from benchmarks.studies.results import NEGLIGIBLE, Row, chance, limits
-from benchmarks.studies.surrogate.study import CAPS, SCORES, plan_name
+from benchmarks.studies.orders import GamePlans, clearest
+from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, limits
+from benchmarks.studies.surrogate.data import CAPS, SCORES, plan_name
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ STYLES = {
 }
 
 
-def draw_scores(found: Sequence[Game]) -> Figure:
+def draw_scores(found: Sequence[GamePlans]) -> Figure:
     """A line of panels for each game with pairs told apart; the clearest example on top."""
     shown = [game for game in found if game.pairs]
     lines = 1 + len(shown)
@@ -48,7 +48,7 @@ def draw_scores(found: Sequence[Game]) -> Figure:
     return figure
 
 
-def _scatter(axes: Axes, game: Game, score: int) -> None:
+def _scatter(axes: Axes, game: GamePlans, score: int) -> None:
     """Plans with their 95 % limits; hollow at the bottom those whose risk is negligible."""
     for plan in game.plans:
         colour, marker = STYLES[plan["player"]]
@@ -73,11 +73,11 @@ def _scatter(axes: Axes, game: Game, score: int) -> None:
     axes.grid(alpha=0.3)
 
 
-def _shown(plan: Row) -> float:
+def _shown(plan: StudyRow) -> float:
     return float(max(plan["crash_probability"], NEGLIGIBLE))
 
 
-def _example(axes: Axes, found: Sequence[Game]) -> None:
+def _example(axes: Axes, found: Sequence[GamePlans]) -> None:
     """The smallest margin over time of the pair that a deficit misorders most clearly."""
     wrong = [(k, *best) for k in range(len(CAPS)) if (best := clearest(found, k)) is not None]
     axes.set_xlabel("time (steps)", fontsize=8)

@@ -1,1 +1,1 @@
-"""The study ``tightness``."""
+"""The study ``tightness``: its data, its figure, and the study that uses both."""

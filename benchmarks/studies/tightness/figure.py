@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.results import Row
-from benchmarks.studies.tightness.study import BOUNDS, OBJECTIVES
+from benchmarks.studies.results import StudyRow
+from benchmarks.studies.tightness.data import BOUNDS, OBJECTIVES
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ LEFT = 1e-18
 """Left end of the axis; smaller bounds stand there."""
 
 
-def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
+def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
     """Panels by scenario and objective, in each a line of markers for every plan."""
     shown = [row for row in rows if "bounds" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
@@ -49,7 +49,7 @@ def draw_speed(rows: Sequence[Row], speed: str) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, rows: Sequence[Row]) -> None:
+def _panel(axes: Axes, rows: Sequence[StudyRow]) -> None:
     places = np.arange(len(rows))
     for name in BOUNDS:
         colour, marker, label = STYLES[name]

@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from benchmarks.studies.atlas import study as atlas
+from benchmarks.studies.atlas import data, study
 from benchmarks.studies.study import Choice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 
@@ -20,16 +20,16 @@ def row(kind, cost, start="straight", risk=0.1, status="equilibrium"):
 
 def test_few_agents_move_in_all_orders_and_many_in_some():
     for scenario, fixed in (("intersection", 2), ("intersection3", 6), ("circle(4)", 6)):
-        cells = atlas.cells(Choice((scenario,), ("l1",), (0.8,), 100))
-        assert len({cell.address for cell in cells}) == 2 * (fixed + atlas.RANDOM)
+        cells = data.cells(Choice((scenario,), ("l1",), (0.8,), 100))
+        assert len({cell.address for cell in cells}) == 2 * (fixed + data.RANDOM)
         orders = {cell.order for cell in cells if cell.order != "random"}
         assert len(orders) == fixed
         assert orders <= set(permutations(range(len(cells[0].game.agents))))
 
 
 def test_names_are_told_from_the_plans_in_the_rows(whole):
-    rows = whole(atlas.STUDY)
-    known = [atlas.digest(stored) for stored in rows]
+    rows = whole(study.STUDY)
+    known = [data.digest(stored) for stored in rows]
     assert {one["kind"] for one in known} == {"0<1 left", "0<1 right"}
     for stored, one in zip(rows, known, strict=True):
         assert one["status"] == "equilibrium"
@@ -39,9 +39,9 @@ def test_names_are_told_from_the_plans_in_the_rows(whole):
         nearest = int(np.linalg.norm(apart, axis=1)[:-1].argmin())
         (x, y), (u, v) = apart[nearest], apart[nearest + 1] - apart[nearest]
         assert one["kind"] == f"0<1 {'left' if x * v - y * u > 0 else 'right'}"
-    (game,) = atlas.games(known)
+    (game,) = data.games(known)
     assert sum(kind.share(game.runs) for kind in game.kinds) == pytest.approx(1)
-    assert len(game.runs) == len(atlas.cells(SMALL))
+    assert len(game.runs) == len(data.cells(SMALL))
 
 
 def test_basins_are_shares_of_all_runs_or_of_those_with_one_start():
@@ -51,7 +51,7 @@ def test_basins_are_shares_of_all_runs_or_of_those_with_one_start():
         *(row("right", 11.0, "sequential", risk=0.9) for _ in range(3)),
         row("right", 9.0, status="limit"),
     ]
-    (game,) = atlas.games(rows)
+    (game,) = data.games(rows)
     left, right = game.kinds
     assert (left.name, right.name) == ("left", "right")
     assert left.share(rows) == 0.5
@@ -59,7 +59,7 @@ def test_basins_are_shares_of_all_runs_or_of_those_with_one_start():
     assert right.share(rows, "sequential") == 3 / 4
     assert [one["social_cost"] for one in left.distinct] == [10.0, 10.5]
     assert [one["social_cost"] for one in game.equilibria] == [10.0, 10.5, 11.0]
-    said = " ".join(atlas.words(rows))
+    said = " ".join(study.words(rows))
     assert "3 distinct in cost or kind, of 2 kinds" in said
     assert "the dearest is 10.00% above the cheapest" in said
     assert "crash probabilities from 1.0e-1 to 9.0e-1, at least 7.4 times as likely" in said

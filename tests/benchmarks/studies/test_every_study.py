@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.studies.markdown import markdown_table, told
+from benchmarks.studies.registry import STUDIES, find_study
 from benchmarks.studies.results import read_rows
-from benchmarks.studies.study import STUDIES, find_study
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
 from tests.benchmarks.studies.conftest import SMALL

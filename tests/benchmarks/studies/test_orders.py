@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.studies.orders import Game, Pair, clearest, games
-from benchmarks.studies.surrogate import study as surrogate
-from benchmarks.studies.surrogate.study import SCORES
+from benchmarks.studies.orders import GamePlans, PlanPair, clearest, games
+from benchmarks.studies.surrogate import study
+from benchmarks.studies.surrogate.data import SCORES
 from tests.benchmarks.studies.conftest import crashing
 
 
@@ -35,11 +35,11 @@ def test_tau_is_that_of_pairs_counted_one_by_one(pairs):
     signs = [(np.sign(a[0] - b[0]), np.sign(a[1] - b[1])) for a, b in combinations(pairs, 2)]
     products = sum(x * y for x, y in signs)
     spread = np.sqrt(float(sum(abs(x) for x, _ in signs) * sum(abs(y) for _, y in signs)))
-    found = Game("any", plans, []).tau(0)
+    found = GamePlans("any", plans, []).tau(0)
     if spread:
         assert found == pytest.approx(products / spread)
         turned = [plan(-score, chance / 10) for score, chance in pairs]
-        assert Game("any", turned, []).tau(0) == pytest.approx(-found)
+        assert GamePlans("any", turned, []).tau(0) == pytest.approx(-found)
     else:
         assert np.isnan(found)
 
@@ -76,7 +76,7 @@ def test_the_clearest_example_is_the_wrong_pair_furthest_apart():
     _game, pair = clearest(found, 0)
     assert (pair.safer["scores"][0], pair.riskier["scores"][0]) == (3.0, 1.0)
     assert pair.least == pytest.approx(100)
-    said = " ".join(surrogate.words(rows))
+    said = " ".join(study.words(rows))
     assert "of these pairs 3 right, 0 tied, 3 wrong (50.0%)" in said
     assert "at least 100 times less often" in said
     in_order = games([plan(1.0, 0.1), plan(2.0, 0.2)])
@@ -84,8 +84,8 @@ def test_the_clearest_example_is_the_wrong_pair_furthest_apart():
 
 
 def test_scores_within_the_tolerance_are_tied():
-    close = Pair(plan(1.0, 0.1), plan(0.995, 0.2))
+    close = PlanPair(plan(1.0, 0.1), plan(0.995, 0.2))
     assert close.order(0) == "tied"
-    assert Pair(plan(1.0, 0.1), plan(1.02, 0.2)).order(0) == "right"
-    assert Pair(plan(1.0, 0.1), plan(0.98, 0.2)).order(0) == "wrong"
-    assert Pair(plan(0.0, 0.1), plan(0.0, 0.2)).order(0) == "tied"
+    assert PlanPair(plan(1.0, 0.1), plan(1.02, 0.2)).order(0) == "right"
+    assert PlanPair(plan(1.0, 0.1), plan(0.98, 0.2)).order(0) == "wrong"
+    assert PlanPair(plan(0.0, 0.1), plan(0.0, 0.2)).order(0) == "tied"

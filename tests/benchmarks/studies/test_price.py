@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 
 from benchmarks.comparison.compare import FEW
 from benchmarks.studies import prices
-from benchmarks.studies.price import study as price
+from benchmarks.studies.price import data, study
 from benchmarks.studies.results import NEGLIGIBLE
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.evaluation import evaluate
@@ -26,7 +26,7 @@ limits = st.floats(0.0, 1.0).flatmap(
 
 
 def one(selfish, social, cost=1.0):
-    named = dict.fromkeys(price.AXES, 0)
+    named = dict.fromkeys(data.AXES, 0)
     return prices.Price(
         crashing(*selfish, social_cost=cost, **named), crashing(*social, social_cost=1.0, **named)
     )
@@ -34,14 +34,14 @@ def one(selfish, social, cost=1.0):
 
 def test_ratios_are_those_of_games_and_plans_judged_anew(whole):
     """The evaluator and a simulation of our own, from the plans in the store."""
-    rows = whole(price.STUDY)
-    found = prices.prices([prices.digest(row, price.AXES) for row in rows], "nash", price.AXES)
-    assert len(found) == len(price.OBJECTIVES) * len(price.GAINS)
+    rows = whole(study.STUDY)
+    found = prices.prices([prices.digest(row, data.AXES) for row in rows], "nash", data.AXES)
+    assert len(found) == len(data.OBJECTIVES) * len(data.GAINS)
     counted = 0
     for known in found:
         judged, hits = {}, {}
         for row in rows:
-            if all(getattr(row, name) == known.selfish[name] for name in price.AXES):
+            if all(getattr(row, name) == known.selfish[name] for name in data.AXES):
                 game = game_from_tables(row.game, "row")
                 profile = make_profile(game, row.controls)
                 judged[row.player] = evaluate(game, profile)
@@ -60,9 +60,9 @@ def test_ratios_are_those_of_games_and_plans_judged_anew(whole):
 
 
 def test_the_equilibrium_of_the_potential_costs_no_less_than_the_optimum(whole):
-    rows = [prices.digest(row, price.AXES) for row in whole(price.STUDY)]
+    rows = [prices.digest(row, data.AXES) for row in whole(study.STUDY)]
     for name in prices.EQUILIBRIA:
-        found = prices.prices(rows, name, price.AXES)
+        found = prices.prices(rows, name, data.AXES)
         assert found
         assert all(known.cost >= 1 - 1e-9 for known in found)
 
@@ -86,10 +86,10 @@ def test_negligible_risks_are_as_good_as_one_another():
 
 
 def test_games_without_an_optimum_have_no_price():
-    game = dict.fromkeys(price.AXES, 0)
+    game = dict.fromkeys(data.AXES, 0)
     selfish = crashing(0, 0, 1, player="nash", social_cost=1.0, **game)
     failed = {"player": "social", "scenario": "head_on", "reason": "the horizon is too short"}
-    assert prices.prices([selfish, failed], "nash", price.AXES) == []
+    assert prices.prices([selfish, failed], "nash", data.AXES) == []
     (said,) = prices.missing([selfish, failed])
     assert "1 plans are missing" in said
     assert "too short" in said
@@ -109,13 +109,13 @@ def test_words_count_what_the_prices_say():
 
 
 def test_the_study_has_a_line_for_every_family_and_every_difference(whole):
-    rows = [prices.digest(row, price.AXES) for row in whole(price.STUDY)]
-    families, doubtless = price.tables(rows)
-    assert len(families.lines) == len(price.OBJECTIVES) * len(price.GAINS)
+    rows = [prices.digest(row, data.AXES) for row in whole(study.STUDY)]
+    families, doubtless = study.tables(rows)
+    assert len(families.lines) == len(data.OBJECTIVES) * len(data.GAINS)
     told = [
         known
         for name in prices.EQUILIBRIA
-        for known in prices.prices(rows, name, price.AXES)
+        for known in prices.prices(rows, name, data.AXES)
         if known.riskier or known.safer
     ]
     assert len(doubtless.lines) == len(told) > 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.studies.scaling import study as scaling
+from benchmarks.studies.scaling import data, study
 from benchmarks.studies.study import Choice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 
@@ -15,19 +15,19 @@ def row(agents, player, seconds, cost=10.0, risk=0.1, **others):
 
 
 def test_families_grow_in_agents_and_one_game_in_its_horizon():
-    cells = scaling.cells(SMALL)
-    assert [c.game.horizon for c in cells if c.player == "nash"] == list(scaling.HORIZONS)
-    circles = scaling.cells(Choice(("circle",), ("box",), (0.8,), 100))
-    assert [len(c.game.agents) for c in circles if c.player == "nash"] == list(scaling.SIZES)
-    assert all(c.time_limit == scaling.LIMIT for c in cells + circles)
+    cells = data.cells(SMALL)
+    assert [c.game.horizon for c in cells if c.player == "nash"] == list(data.HORIZONS)
+    circles = data.cells(Choice(("circle",), ("box",), (0.8,), 100))
+    assert [len(c.game.agents) for c in circles if c.player == "nash"] == list(data.SIZES)
+    assert all(c.time_limit == data.LIMIT for c in cells + circles)
 
 
 def test_rows_have_their_seconds_and_their_machine(whole):
-    for stored in whole(scaling.STUDY):
-        known = scaling.digest(stored)
-        assert known["family"] == scaling.LONG
-        assert scaling.size_of(known) == stored.horizon
-        assert 0 < known["seconds"] < scaling.LIMIT
+    for stored in whole(study.STUDY):
+        known = data.digest(stored)
+        assert known["family"] == data.LONG
+        assert data.size_of(known) == stored.horizon
+        assert 0 < known["seconds"] < data.LIMIT
         assert "processors" in known["machine"]
 
 
@@ -36,11 +36,11 @@ def test_planners_are_told_up_to_the_largest_game_that_they_were_done_with():
         row(2, "nash", 0.1, risk=0.5),
         row(2, "social", 0.5, cost=8.0, risk=0.1, status="optimal"),
         row(6, "nash", 20.0),
-        row(6, "social", scaling.LIMIT + 1, cost=12.5, status="feasible"),
-        row(8, "nash", scaling.LIMIT + 1, status="limit"),
+        row(6, "social", data.LIMIT + 1, cost=12.5, status="feasible"),
+        row(8, "nash", data.LIMIT + 1, status="limit"),
         {"scenario": "circle(8)", "player": "social", "reason": "out of time"},
     ]
-    (table,) = scaling.tables(rows)
+    (table,) = study.tables(rows)
     two, six, eight = table.lines
     assert two[4:7] == ("0.5", "25.0%", "1.250")
     assert two[-1] == "5"
@@ -48,7 +48,7 @@ def test_planners_are_told_up_to_the_largest_game_that_they_were_done_with():
     assert six[-1] == "(1)"
     assert eight[3:] == ("1e-07", "-", "-", "-", "1.0e-1", "-", "-")
     assert "abacus" in table.note
-    said = " ".join(scaling.words(rows))
+    said = " ".join(study.words(rows))
     assert "nash was done within 30 s up to N = 6, where it took 20 s" in said
     assert "social was done within 30 s up to N = 2, where it took 0.5 s" in said
     assert "2 of 3 runs of the dynamics ended at a certified equilibrium" in said

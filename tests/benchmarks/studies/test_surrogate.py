@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.studies.surrogate import study as surrogate
-from benchmarks.studies.surrogate.study import CAPS
+from benchmarks.studies.surrogate import data, study
+from benchmarks.studies.surrogate.data import CAPS
 from ppg_env.game.objective import crash_risk
 
 
@@ -14,8 +14,8 @@ from ppg_env.game.objective import crash_risk
 def test_scores_are_those_that_the_planners_minimise(whole):
     """At a plan's own cap its deficit is the sweep's; the bound is that of the risk objective."""
     checked = set()
-    for row in whole(surrogate.STUDY):
-        found = surrogate.digest(row)
+    for row in whole(study.STUDY):
+        found = data.digest(row)
         scores = found["scores"]
         if row.objective == "margin":
             assert scores[CAPS.index(row.margin_cap)] == pytest.approx(sum(row.deficit), abs=1e-9)
@@ -27,4 +27,4 @@ def test_scores_are_those_that_the_planners_minimise(whole):
         assert scores[: len(CAPS)] == sorted(scores[: len(CAPS)])
         assert min(found["margins"]) <= CAPS[-1]
         checked.add((row.objective, row.player))
-    assert len(checked) == 2 * len(surrogate.PLAYERS) + 1
+    assert len(checked) == 2 * len(data.PLAYERS) + 1

@@ -1,0 +1,132 @@
+r"""Do learned selfish agents pay the same price in safety as equilibrium planners?
+
+Every cell is a scenario, a speed set and a lam.  In it four players meet the same noise in the
+environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and
+``social``, planned for the risk objective, and the pretrained ``ppo-selfish`` and ``ppo-social``.
+
+    price in cost   expected cost of the selfish player over that of the social one
+    price in risk   probability that anybody crashes, likewise
+
+Episodes come in as many groups as there are training runs; run r plays group r.  Intervals are
+Student's over the groups: for learners they cover training and noise, for planners noise alone.
+Logarithms of crash counts are taken with half a crash added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from baselines.evaluate_runs import RunStatistics, evaluate_runs, over_runs
+from baselines.pretrained import find_pretrained
+from benchmarks.studies.results import StudyRow
+from benchmarks.studies.study import Choice
+from ppg_env.env.players import Player, track
+from ppg_env.game.game import Game
+from ppg_env.scenarios.make import make_game
+from ppg_env.support.statistics import Interval
+
+PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
+KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
+"""Selfish and social player of each kind."""
+
+RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
+"""Whom a learner is compared with, pair by pair."""
+
+TIME_LIMIT = 120.0
+"""Seconds for each plan; a row says by its status if that was not enough for a proof."""
+
+SAME = 0.05
+"""Costs within this share of each other count as about the same, as the paper has it."""
+
+
+@dataclass(frozen=True)
+class LearnedCell:
+    """One game of the study."""
+
+    scenario: str
+    speed: str
+    lam: float
+
+    def game(self) -> Game:
+        """The game; its objective is what the planners plan for."""
+        return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
+
+
+def cells(choice: Choice) -> list[LearnedCell]:
+    """All cells, speed sets first."""
+    return [
+        LearnedCell(scenario, speed, lam)
+        for speed, scenario, lam in product(choice.speeds, choice.scenarios, choice.lams)
+    ]
+
+
+def run_cell(cell: LearnedCell, episodes: int, seed: int) -> StudyRow:
+    """Play one cell; a row of plain numbers.
+
+    A row without ``players`` has the ``reason`` why a planner found nothing.
+    """
+    game = cell.game()
+    row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}
+    learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
+    groups = len(learned["ppo-selfish"].runs)
+    sides: dict[str, list[Sequence[Player]]] = {
+        name: [one.players(game, run) for run in range(groups)] for name, one in learned.items()
+    }
+    for name in KINDS["planned"]:
+        solution = _plan(name, game)
+        if solution.profile is None:
+            return row | {"reason": f"{name}: {solution.advice}"}
+        row[f"{name}_status"] = str(solution.status)
+        sides[name] = [track(game, solution.profile)]
+    judged = {
+        name: evaluate_runs(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS
+    }
+    return row | {
+        "players": {name: _figures(judged[name]) for name in PLAYERS},
+        "paired": {
+            name: vars(over_runs(judged[name].costs - judged[rival].costs))
+            for name, rival in RIVALS.items()
+        },
+        "price": {kind: _price(judged[a], judged[b]) for kind, (a, b) in KINDS.items()},
+    }
+
+
+def _plan(name: str, game: Game) -> Any:
+    from solvers import best_response_dynamics, social_optimum
+
+    planner = best_response_dynamics if name == "nash" else social_optimum
+    return planner(game, time_limit=TIME_LIMIT)
+
+
+def _figures(judged: RunStatistics) -> dict[str, Any]:
+    return {
+        "cost": vars(over_runs(judged.costs, 0.0)),
+        "crash": vars(_crash(judged)),
+        "success": vars(over_runs(judged.successes, 0.0, 1.0)),
+    }
+
+
+def _crash(judged: RunStatistics) -> Interval:
+    """Over the groups; where no crash was seen, up to the 97.5 % limit of all episodes."""
+    found, seen = over_runs(judged.crashes, 0.0, 1.0), judged.summary.crash_any
+    return found if seen.hits else Interval(0.0, 0.0, seen.high)
+
+
+def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
+    count = len(selfish.groups[0].cost) + 0.5
+    logs = [np.log(one.crashes + 0.5 / count) for one in (selfish, social)]
+    return {
+        "cost": vars(_ratio(np.log(selfish.costs), np.log(social.costs))),
+        "risk": vars(_ratio(*logs)),
+    }
+
+
+def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
+    """Exp of the mean difference of logarithms, with its interval."""
+    found = over_runs(above - below)
+    return Interval(*np.exp([found.value, found.low, found.high]).tolist())

@@ -1,0 +1,86 @@
+"""Scaling: what more agents and longer horizons do to planners, and to what they find.
+
+Two families grow with N, ``circle(n)``, where all meet in one place, and ``streams(n)``, where two
+rows cross; and one game, ``intersection``, has ever longer horizons.  ``nash`` is best-response
+dynamics, ``social`` the optimum: proved up to five agents, searched for and bounded beyond.  Each
+planner has half a minute.
+
+    seconds, gap, regret     wall time of a planner; what is proved about its plans
+    cost ratio, risk ratio   of ``nash`` over ``social``, as in :mod:`benchmarks.studies.prices`
+
+Seconds, and what is found where they run out, depend on the machine: run the study alone and with
+one job.  The rows say on what it was run.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Sequence
+from itertools import product
+
+from benchmarks import sweeps
+from benchmarks.studies.prices import FOUND, OPTIMUM
+from benchmarks.studies.results import StudyRow, grouped, largest_regret
+from benchmarks.studies.study import Choice
+
+SIZES = (2, 3, 4, 6, 8, 10, 12, 16, 20)
+HORIZONS = (12, 15, 20, 25, 30, 40)
+LONG = "intersection"
+"""The game whose horizon grows."""
+
+LIMIT = 30.0
+"""Seconds for each planner."""
+
+PLAYERS = ("nash", OPTIMUM)
+AXES = ("scenario", "family", "agents", "horizon", "speed", "lam")
+"""Columns that tell games apart."""
+
+
+def cells(choice: Choice) -> list[sweeps.Cell]:
+    """Both planners in every game."""
+    found = []
+    for family, speed, lam in product(choice.scenarios, choice.speeds, choice.lams):
+        fields = {"speed": speed, "objective": "risk", "lam": lam}
+        games = (
+            [(family, {**fields, "horizon": horizon}) for horizon in HORIZONS]
+            if family == LONG
+            else [(f"{family}({size})", fields) for size in SIZES]
+        )
+        found += [
+            sweeps.Cell(
+                scenario,
+                player,
+                game,
+                episodes=choice.episodes,
+                seed=choice.seed,
+                time_limit=LIMIT,
+            )
+            for (scenario, game), player in product(games, PLAYERS)
+        ]
+    return found
+
+
+def digest(row: sweeps.Row) -> StudyRow:
+    """The game, what was proved and found, and how long that took on which machine."""
+    names = ("scenario", "agents", "horizon", "speed", "lam", "player", "gap", "seconds", *FOUND)
+    return {name: getattr(row, name) for name in names} | {
+        "family": row.scenario.partition("(")[0],
+        "regret": largest_regret(row),
+        "machine": f"{platform.machine()} with {os.cpu_count()} processors",
+    }
+
+
+def games(rows: Sequence[StudyRow]) -> dict[str, list[tuple[StudyRow, StudyRow | None]]]:
+    """By family, in growing games: the rows of ``nash`` and, where there is one, of ``social``."""
+    known = grouped(
+        [row for row in rows if "reason" not in row], lambda row: tuple(row[k] for k in AXES)
+    )
+    pairs = [{row["player"]: row for row in mine} for mine in known.values()]
+    both = [(pair["nash"], pair.get(OPTIMUM)) for pair in pairs if "nash" in pair]
+    return grouped(both, lambda pair: pair[0]["family"])
+
+
+def size_of(row: StudyRow) -> int:
+    """What grows: the horizon of one family, the number of agents of the others."""
+    return int(row["horizon"] if row["family"] == LONG else row["agents"])
