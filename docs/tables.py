@@ -48,12 +48,12 @@ class StudyResults(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the part that is asked for."""
-        from benchmarks.studies.markdown import told
+        from benchmarks.studies.markdown import study_markdown
 
         name, part = self.arguments
         path = Path(__file__).parent / "studies" / f"{name}.json"
         self.env.note_dependency(str(path))
-        return self.parse_text_to_nodes(told(name, path, part))
+        return self.parse_text_to_nodes(study_markdown(name, path, part))
 
 
 class Claims(SphinxDirective):
@@ -63,11 +63,11 @@ class Claims(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the table, and a list of definitions."""
-        from benchmarks.reproduction.markdown import told
+        from benchmarks.reproduction.markdown import claims_markdown
 
         path = Path(__file__).parent / self.arguments[0]
         self.env.note_dependency(str(path))
-        return self.parse_text_to_nodes(told(path))
+        return self.parse_text_to_nodes(claims_markdown(path))
 
 
 def _verb(name: str | None, command: Callable[..., None] | None) -> str:

@@ -1,1 +1,1 @@
-"""The paper's figures and claims, from cells of a sweep to verdicts."""
+"""Reproduction of the paper: its figures and claims, from the cells of a sweep to verdicts."""

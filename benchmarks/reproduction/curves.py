@@ -1,10 +1,10 @@
-r"""Panels: what each solution costs over lam, read off the rows of a sweep.
+r"""Panels: cost, time, safety and risk of each solution over lam, from the rows of a sweep.
 
-Everything is in shifted terms, since ratios of the paper's negative costs mean nothing:
+All quantities are shifted, since ratios of the paper's negative costs have no meaning:
 
     objective   lam T + (1 - lam) sum (M' - s)      time   T      safety   sum (M' - s)
 
-all the lower the better.  They differ from the paper's by constants of each game.
+Lower is better.  They differ from the paper's by constants of each game.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Curve:
     Attributes
     ----------
     objective, time, safety : (L, N), lower is better.
-    crash : (L, 3) probability that anybody crashes: value, lower and upper limit (95 %).
-    risk_bound : (L,) union bound on it.
-    regret : (L,) largest certified regret of an agent; NaN if none was asked for.
-    status : (L,) how the planner ended.
+    crash : (L, 3) probability that any agent crashes: value, lower and upper limit (95 %).
+    risk_bound : (L,) union bound on that probability.
+    regret : (L,) largest certified regret of an agent; NaN if there is no certificate.
+    status : (L,) status of the planner.
     reasons : (L,) why there is no result; empty where there is one.
     """
 
@@ -44,7 +44,7 @@ class Curve:
     reasons: tuple[str, ...]
 
     def mean(self, quantity: str) -> np.ndarray:
-        """(L,) average over the agents."""
+        """Return the average over the agents, (L,)."""
         values: np.ndarray = getattr(self, quantity)
         return values.mean(axis=1)
 
@@ -64,28 +64,28 @@ class Panel:
         return self.curves[SOCIAL]
 
     def gap(self, equilibrium: str, quantity: str) -> np.ndarray:
-        """(L, N) by how much the equilibrium exceeds the optimum, agent by agent."""
+        """Return the equilibrium's excess over the optimum for each agent, (L, N)."""
         above: np.ndarray = getattr(self.curves[equilibrium], quantity)
         below: np.ndarray = getattr(self.social, quantity)
         return above - below
 
     def mean_gap(self, equilibrium: str, quantity: str) -> np.ndarray:
-        """(L,) the same, averaged over the agents."""
+        """Return the gap averaged over the agents, (L,)."""
         return self.gap(equilibrium, quantity).mean(axis=1)
 
     def band(self, quantity: str) -> tuple[np.ndarray, np.ndarray]:
-        """(L,) lowest and highest average over the agents among all equilibria found."""
-        found = np.array([self.curves[name].mean(quantity) for name in EQUILIBRIA])
-        missing = np.isnan(found)
-        low = np.where(missing, np.inf, found).min(axis=0)
-        high = np.where(missing, -np.inf, found).max(axis=0)
-        nothing = missing.all(axis=0)
-        return np.where(nothing, np.nan, low), np.where(nothing, np.nan, high)
+        """Return the lowest and the highest average among the equilibria, (L,) each."""
+        means = np.array([self.curves[name].mean(quantity) for name in EQUILIBRIA])
+        missing = np.isnan(means)
+        low = np.where(missing, np.inf, means).min(axis=0)
+        high = np.where(missing, -np.inf, means).max(axis=0)
+        empty = missing.all(axis=0)
+        return np.where(empty, np.nan, low), np.where(empty, np.nan, high)
 
 
 def make_panel(place: Place, lams: Sequence[float], rows: Mapping[str, Sequence[Row]]) -> Panel:
-    """The panel of ``rows``, one of each solution for each of ``lams``."""
-    curves = {solution: _curve(found) for solution, found in rows.items()}
+    """Return the panel of ``rows``: for each solution, one row for each of ``lams``."""
+    curves = {solution: _curve(chosen) for solution, chosen in rows.items()}
     return Panel(place, np.array(lams), curves, rows)
 
 
@@ -115,7 +115,7 @@ def _curve(rows: Sequence[Row]) -> Curve:
 
 
 def _numbers(values: Iterable[float | None] | None, count: int) -> list[float]:
-    """``values`` with NaN for what is missing."""
+    """Return ``values`` with NaN for missing ones."""
     if values is None:
         return [np.nan] * count
     return [np.nan if value is None else float(value) for value in values]

@@ -1,12 +1,12 @@
-// The explorer: plans of an equilibrium and of the social optimum, side by side and in motion.
+// The explorer: animated plans of an equilibrium and of the social optimum, side by side.
 //
-// At time t an agent in traffic (t < arrival) is at the mean between steps floor(t) and
-// floor(t) + 1; from its arrival on it is out, and stays drawn at its last mean.
+// At time t, an agent in traffic (t < arrival) is interpolated between its means at floor(t) and
+// floor(t) + 1; after its arrival it stays drawn at its last mean.
 "use strict";
 
 (() => {
   const STEPS_PER_SECOND = 2;
-  const GRID_LINES = 8; // about as many across the picture
+  const GRID_LINES = 8; // about this many across the picture
 
   const data = JSON.parse(document.getElementById("data").textContent);
   const form = document.querySelector("#explorer form").elements;
@@ -15,13 +15,13 @@
   const clock = { time: 0, last: 0, playing: false, frame: null };
 
   function element(name, attributes = {}, ...children) {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    made.append(...children);
-    return made;
+    const node = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    node.append(...children);
+    return node;
   }
 
-  // The screen's second axis points down, the game's up.
+  // The second axis points down on the screen, and up in the game.
   const corners = (points) => points.map(([x, y]) => `${x},${-y}`).join(" ");
 
   function fill(select, values) {
@@ -36,20 +36,20 @@
   // ---- pictures ----
 
   function grid([left, bottom, width, height], size) {
-      const power = 10 ** Math.floor(Math.log10(width / GRID_LINES));
-    const step = [1, 2, 5, 10].map((k) => k * power).find((one) => width / one <= GRID_LINES);
-    const made = element("g", { class: "grid", "font-size": size });
-    made.append(element("rect", { x: left, y: -bottom - height, width, height }));
-    // Not so far that a label would be cut off.
+    const power = 10 ** Math.floor(Math.log10(width / GRID_LINES));
+    const step = [1, 2, 5, 10].map((k) => k * power).find((spacing) => width / spacing <= GRID_LINES);
+    const node = element("g", { class: "grid", "font-size": size });
+    node.append(element("rect", { x: left, y: -bottom - height, width, height }));
+    // Stop before a label would be cut off.
     for (let x = Math.ceil(left / step) * step; x < left + width - 4 * size; x += step) {
-      made.append(element("line", { x1: x, x2: x, y1: -bottom, y2: -bottom - height }));
-      made.append(element("text", { x: x + size / 4, y: -bottom - size / 4 }, `x = ${x}`));
+      node.append(element("line", { x1: x, x2: x, y1: -bottom, y2: -bottom - height }));
+      node.append(element("text", { x: x + size / 4, y: -bottom - size / 4 }, `x = ${x}`));
     }
     for (let y = Math.ceil(bottom / step) * step; y < bottom + height - 2 * size; y += step) {
-      made.append(element("line", { x1: left, x2: left + width, y1: -y, y2: -y }));
-      made.append(element("text", { x: left + size / 4, y: -y - size / 4 }, `y = ${y}`));
+      node.append(element("line", { x1: left, x2: left + width, y1: -y, y2: -y }));
+      node.append(element("text", { x: left + size / 4, y: -y - size / 4 }, `y = ${y}`));
     }
-    return made;
+    return node;
   }
 
   function star([x, y], radius, colour) {
@@ -112,7 +112,7 @@
     return value > 0 ? `${scientific(value)} [${scientific(low)}, ${scientific(high)}]` : `< ${scientific(high)}`;
   }
 
-  // A line of the table: each cell with its text, and its exact value for who wants to read it.
+  // Add a row to the table: each cell has its text, and its exact value as data.
   function line(table, title, name, cells, span = 1) {
     const row = table.insertRow();
     const head = document.createElement("th");
@@ -147,10 +147,10 @@
     line(body, "objective (steps)", "objective", averaged(plan.objective, fixed));
     line(body, "safety lost (√2σ)", "safety", averaged(plan.safety, fixed));
     const regret = plan.regret.length ? plan.regret : names.map(() => null);
-    line(body, "regret, at most", "regret", [...each(regret, scientific), ["", null]]);
+    line(body, "regret (bound)", "regret", [...each(regret, scientific), ["", null]]);
     const span = names.length + 1;
-    line(body, "Pr(anybody crashes)", "crash", [[crashes(plan.crash), plan.crash]], span);
-    line(body, "union bound on it", "risk-bound",
+    line(body, "Pr(any agent crashes)", "crash", [[crashes(plan.crash), plan.crash]], span);
+    line(body, "union bound", "risk-bound",
       [[scientific(plan.riskBound[0]), plan.riskBound[0]]], span);
     table.replaceChildren(head, body);
   }

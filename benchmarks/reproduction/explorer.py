@@ -1,7 +1,7 @@
-"""What the explorer of the report shows: games, plans and their numbers, as small data.
+"""The data of the report's explorer: games, plans and their numbers.
 
-Only what is drawn is kept: outlines of bodies and obstacles, the plans' means up to each agent's
-arrival, and the numbers of the cell.
+The data hold what is drawn: outlines of bodies and obstacles, the means of the plans up to each
+agent's arrival, and the numbers of the cell.
 """
 
 from __future__ import annotations
@@ -20,35 +20,35 @@ from ppg_env.game.game import Game
 from ppg_env.plotting import COLOURS, outline, plane
 
 DECIMALS = 3
-"""Of coordinates: a thousandth of a length, far below what a screen shows."""
+"""Decimals of coordinates: a thousandth of a length is far below the resolution of a screen."""
 
 DIGITS = 6
-"""Significant ones of all other numbers."""
+"""Significant digits of all other numbers."""
 
 BORDER = 4.0
-"""Length that is left free around everything drawn."""
+"""Width of the free border around the drawing, a length."""
 
 Points = list[list[float]]
 
 
-def explorer_data(found: Reproduction) -> dict[str, Any]:
-    """Everything the explorer shows, ready for JSON: numbers, text, lists and dictionaries.
+def explorer_data(reproduction: Reproduction) -> dict[str, Any]:
+    """Return the explorer's data, ready for JSON: numbers, text, lists and dictionaries.
 
-    ``panels`` has one entry per panel, in it ``plans`` with one list per solution, in that one
-    entry for each of ``lams``; ``start`` is what is shown first.
+    ``panels`` has one entry per panel; its ``plans`` have one list per solution, with one entry
+    for each of ``lams``.  ``start`` is the first selection.
     """
     return {
         "colours": COLOURS,
-        "lams": list(found.extent.lams),
+        "lams": list(reproduction.extent.lams),
         "equilibria": EQUILIBRIA,
         "social": SOCIAL,
-        "start": _start(found.panels.values()),
-        "panels": [_panel(panel) for panel in found.panels.values()],
+        "start": _start(reproduction.panels.values()),
+        "panels": [_panel(panel) for panel in reproduction.panels.values()],
     }
 
 
 def _start(panels: Iterable[Panel]) -> dict[str, Any]:
-    """What to choose first: where the paper's equilibrium loses most safety."""
+    """Return the first selection: where the paper's equilibrium loses most safety."""
     gaps = [(panel, np.nan_to_num(panel.mean_gap(BEST_RESPONSE, "safety"))) for panel in panels]
     panel, gap = max(gaps, key=lambda pair: float(pair[1].max()))
     return {**_names(panel.place), "equilibrium": BEST_RESPONSE, "lam": int(gap.argmax())}
@@ -64,7 +64,7 @@ def _names(place: Place) -> dict[str, str]:
 
 def _panel(panel: Panel) -> dict[str, Any]:
     place = panel.place
-    # lam alone differs between the games of a panel, and is not drawn.
+    # The games of a panel differ in lam only, which is not drawn.
     game = game_from_tables(panel.plans[SOCIAL][0].game, place.scenario)
     plans = {name: [_plan(row, game) for row in rows] for name, rows in panel.plans.items()}
     return {
@@ -72,13 +72,13 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "bodies": [_points(outline(agent.shape.vertices)) for agent in game.agents],
         "goals": [_place(agent.goal[: game.dim]) for agent in game.agents],
         "obstacles": [_points(outline(obstacle.vertices)) for obstacle in game.obstacles],
-        "view": _view(game, [one for mine in plans.values() for one in mine]),
+        "view": _view(game, [plan for some in plans.values() for plan in some]),
         "plans": plans,
     }
 
 
 def _plan(row: Row, game: Game) -> dict[str, Any]:
-    """A cell: what its plan costs, and the means of each agent from start to arrival."""
+    """Return the numbers of a cell, and the means of each agent from start to arrival."""
     if row.means is None or row.arrival is None:
         return {"status": row.status, "reason": row.reason or "there is no plan"}
     return {
@@ -99,8 +99,9 @@ def _plan(row: Row, game: Game) -> dict[str, Any]:
 
 
 def _view(game: Game, plans: Sequence[dict[str, Any]]) -> list[float]:
-    """Left, bottom, width and height of all that any plan covers; the same for the whole panel, so
-    that nothing jumps when lam moves.
+    """Return left, bottom, width and height of the area that all plans of a panel cover.
+
+    The view is that of the whole panel, so that it stays the same for all lam.
     """
     corners = [outline(obstacle.vertices) for obstacle in game.obstacles]
     for i, agent in enumerate(game.agents):
@@ -108,13 +109,13 @@ def _view(game: Game, plans: Sequence[dict[str, Any]]) -> list[float]:
         reached = [path for plan in plans if "paths" in plan for path in plan["paths"][i]]
         places = [_place(agent.start[: game.dim]), _place(agent.goal[: game.dim]), *reached]
         corners += [np.array(places)[:, None] + extreme for extreme in (body.min(0), body.max(0))]
-    points = np.concatenate([found.reshape(-1, 2) for found in corners])
+    points = np.concatenate([some.reshape(-1, 2) for some in corners])
     low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
     return [round(float(value), DECIMALS) for value in (*low, *(high - low))]
 
 
 def _points(points: np.ndarray) -> Points:
-    """(P, d) as a list of x and y."""
+    """Return points (P, d) as a list of x and y."""
     return [_place(point) for point in points]
 
 

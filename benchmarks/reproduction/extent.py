@@ -1,8 +1,8 @@
-r"""What is reproduced: the paper's scenarios, with and without feedback, and what it left open.
+r"""The extent of a reproduction: settings, scenarios, gains and values of lam.
 
 A *panel* is one row of the paper's figures: a scenario and a gain, over lam.  It is drawn in
-several *settings*, speed set and margin cap, since the paper states the first and not the second;
-``opposing`` goes with ``head_on``, the reading that its caption suggests.  In every panel stand the
+several *settings* (speed set and margin cap), since the paper states the speed set but not the cap.
+``head_on`` is the reading of ``opposing`` that the paper's caption suggests.  Every panel has the
 social optimum and several *equilibria*: best response from several starts and orders, and the
 minimiser of the potential.
 """
@@ -29,7 +29,7 @@ LAMS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 SOCIAL = "social"
 POTENTIAL = "potential"
 BEST_RESPONSE = "best response"
-"""As the paper has it: from straight model, everybody in turn."""
+"""The paper's: from the straight model, all agents in turn."""
 
 DYNAMICS = {
     BEST_RESPONSE: ("straight", False),
@@ -37,7 +37,7 @@ DYNAMICS = {
     "other start": ("sequential", False),
     "both other": ("sequential", True),
 }
-"""Start of best response, and whether the last agent moves first."""
+"""Start of the best-response dynamics, and whether the last agent moves first."""
 
 EQUILIBRIA = (*DYNAMICS, POTENTIAL)
 SOLUTIONS = (*EQUILIBRIA, SOCIAL)
@@ -45,7 +45,7 @@ SOLUTIONS = (*EQUILIBRIA, SOCIAL)
 
 @dataclass(frozen=True)
 class Setting:
-    """What the paper leaves open."""
+    """A speed set with a margin cap."""
 
     speed: str
     margin_cap: float
@@ -59,22 +59,22 @@ SETTINGS = (Setting("box", 3.0), Setting("box", 8.0), Setting("l1", 3.0), Settin
 
 
 def read_settings(text: str) -> tuple[Setting, ...]:
-    """The settings in ``box:3,l1:8``."""
-    found = []
+    """Return the settings in a text such as ``box:3,l1:8``."""
+    settings = []
     for part in text.split(","):
         speed, _, cap = part.partition(":")
         try:
-            found.append(Setting(speed.strip(), float(cap)))
+            settings.append(Setting(speed.strip(), float(cap)))
         except ValueError:
             raise InputError(
                 "settings", f"has {part!r}", "write SPEED:CAP, such as box:3,l1:8"
             ) from None
-    return tuple(found)
+    return tuple(settings)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a panel stands."""
+    """Setting, scenario and gain of a panel."""
 
     setting: Setting
     scenario: str
@@ -83,7 +83,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Extent:
-    """How much of it to reproduce."""
+    """What to reproduce; by default everything."""
 
     settings: Sequence[Setting] = SETTINGS
     scenarios: Sequence[str] = SCENARIOS
@@ -94,15 +94,14 @@ class Extent:
 
     def __post_init__(self) -> None:
         for scenario in self.scenarios:
-            known = scenario in SCENARIOS
             remedy = "use names of " + ", ".join(SCENARIOS)
-            require(known, "scenarios", f"has {scenario!r}", remedy)
+            require(scenario in SCENARIOS, "scenarios", f"has {scenario!r}", remedy)
         for lam in self.lams:
             require(0 <= lam < 1, "lams", f"has {lam:g}", "give values with 0 <= lam < 1")
         for name in ("settings", "scenarios", "gains", "lams"):
             values = getattr(self, name)
             distinct = 0 < len(values) == len(set(values))
-            require(distinct, name, "is empty or repeats itself", "name each value once")
+            require(distinct, name, "is empty or has a value twice", "name each value once")
 
     @property
     def size(self) -> int:
@@ -110,11 +109,11 @@ class Extent:
         return len(self.places()) * len(SOLUTIONS) * len(self.lams)
 
     def places(self) -> list[Place]:
-        """All panels, those of a setting together."""
+        """Return the places of all panels, those of a setting together."""
         return [Place(*chosen) for chosen in product(self.settings, self.scenarios, self.gains)]
 
     def cells(self, place: Place) -> dict[str, list[Cell]]:
-        """The cells of a panel: of each solution one for each lam."""
+        """Return the cells of a panel: for each solution, one cell for each lam."""
         return {
             solution: [self._cell(place, lam, solution) for lam in self.lams]
             for solution in SOLUTIONS
@@ -143,5 +142,5 @@ class Extent:
 
 @cache
 def _agents(scenario: str) -> int:
-    """How many there are; the same in every cell of a scenario."""
+    """Return the number of agents of ``scenario``."""
     return len(make_game(scenario).agents)

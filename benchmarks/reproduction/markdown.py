@@ -1,4 +1,4 @@
-"""Stored verdicts in Markdown, for the documentation."""
+"""Stored verdicts as Markdown, for the documentation."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from pathlib import Path
 from benchmarks.studies.markdown import markdown_table
 
 
-def told(path: Path) -> str:
-    """Table and definitions of the claims in ``path``, as ``ppg reproduce --json`` wrote them."""
+def claims_markdown(path: Path) -> str:
+    """Return a table and the definitions of the claims that ``ppg reproduce --json`` wrote."""
     stored = json.loads(path.read_text(encoding="utf-8"))
     claims = stored["claims"]
     lines = [
         (
-            f"**{one['key']}**",
-            one["text"],
-            one["source"],
-            one["verdict"],
-            f"{one['holding']}/{one['total']}",
+            f"**{claim['key']}**",
+            claim["text"],
+            claim["source"],
+            claim["verdict"],
+            f"{claim['holding']}/{claim['total']}",
         )
-        for one in claims
+        for claim in claims
     ]
     table = markdown_table(("claim", "what the paper says", "where", "verdict", "cases"), lines)
-    made = (
+    extent = (
         f"{len(stored['panels'])} figure rows, {len(stored['lam'])} values of lam, "
         f"{stored['episodes']:,} episodes of each plan, seed {stored['seed']}."
     )
-    holds = "\n".join(f"- *{one['key']}*: {one['definition']}." for one in claims)
-    return f"{table}\n\n{made}\n\nIn each case, a claim holds if\n\n{holds}\n"
+    holds = "\n".join(f"- *{claim['key']}*: {claim['definition']}." for claim in claims)
+    return f"{table}\n\n{extent}\n\nIn a case, a claim holds if\n\n{holds}\n"

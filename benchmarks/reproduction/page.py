@@ -1,8 +1,8 @@
-"""The report of ``ppg reproduce``: one HTML page that needs nothing else, not even a network.
+"""The report of ``ppg reproduce``: one self-contained HTML page.
 
-``page.html`` is its skeleton, ``page.css`` its style and ``explorer.js`` its script; the parts are
-filled in by :mod:`~benchmarks.reproduction.sections` and the explorer's data by
-:mod:`~benchmarks.reproduction.explorer`.
+``page.html`` is its template, ``page.css`` its style and ``explorer.js`` its script.
+:mod:`~benchmarks.reproduction.sections` writes the sections, and
+:mod:`~benchmarks.reproduction.explorer` the data of the explorer.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from ppg_env.support.atomic_write import write_atomically
 FOLDER = Path(__file__).parent
 
 
-def write_page(found: Reproduction, path: str) -> None:
-    """Write the report of ``found`` to ``path``.
+def write_page(reproduction: Reproduction, path: str) -> None:
+    """Write the report of ``reproduction`` to ``path``.
 
     Raises
     ------
     InputError
-        If the file cannot be written, or there is no matplotlib.
+        If the file cannot be written, or matplotlib is not installed.
     """
-    write_atomically(path, page(found))
+    write_atomically(path, page(reproduction))
 
 
-def page(found: Reproduction) -> str:
-    """The whole page as text."""
+def page(reproduction: Reproduction) -> str:
+    """Return the whole page as text."""
     return Template(_part("page.html")).substitute(
         style=_part("page.css"),
         script=_part("explorer.js"),
-        data=embedded(to_json(explorer_data(found))),
-        claims=sections.claims(found),
-        figures=sections.figures(found),
-        numbers=sections.numbers(found),
-        failures=sections.failures(found),
-        making=sections.making(found),
+        data=embedded(to_json(explorer_data(reproduction))),
+        claims=sections.claims(reproduction),
+        figures=sections.figures(reproduction),
+        numbers=sections.numbers(reproduction),
+        failures=sections.failures(reproduction),
+        making=sections.making(reproduction),
     )
 
 
 def embedded(json: str) -> str:
-    """``json`` as it may stand in a script element, which ``</script>`` or ``<!--`` would end."""
+    """Return ``json`` escaped for a script element, which ``</script>`` or ``<!--`` would end."""
     return json.replace("<", "\\u003c")
 
 

@@ -1,7 +1,8 @@
-"""The paper's figures: objective, time and safety over lam, and the crash probability beside them.
+"""The paper's figures, objective, time and safety over lam, with the crash probability added.
 
-One file per setting and gain, a line of panels per scenario.  Thick lines are averages over the
-agents, as in the paper; thin ones the agents; the band spans all equilibria that were found.
+There is one figure per setting and gain, with a row of panels per scenario.  Thick lines are
+averages over the agents, as in the paper, thin lines single agents; the band spans all equilibria
+found.
 """
 
 from __future__ import annotations
@@ -25,28 +26,28 @@ STYLES = {
     BEST_RESPONSE: (COLOURS[1], "-", "o"),
     POTENTIAL: (COLOURS[2], "--", "^"),
 }
-"""Colour, line and marker; never colour alone."""
+"""Colour, line and marker: colour is never the only distinction."""
 
 LEAST_SPAN = 0.1
-"""Steps, or units of margin, that an axis spans at least."""
+"""Least span of an axis, in steps or units of margin."""
 
 WIDTH = 11.0
 LEFT, RIGHT, BOTTOM, TOP = 0.7, 0.1, 0.9, 0.8
-"""Inches; the margins have room for labels, titles and the legend."""
+"""Inches; the margins leave room for labels, titles and the legend."""
 
 COLUMNS = {
     "objective": "(a) objective, shifted\n(steps)",
     "time": "(b) time to goal\n(steps)",
     "safety": "(c) safety lost, $\\Sigma\\,(M' - s)$\n(units of $\\sqrt{2}\\,\\sigma$)",
-    "crash": "(d) Pr(anybody crashes)\nper episode",
+    "crash": "(d) Pr(any agent crashes)\nper episode",
 }
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
-    """The panels of one setting and gain, one line each; lower is better everywhere."""
+    """Draw the panels of one setting and gain, a row each; lower is better in all of them."""
     height = TOP + 1.75 * len(panels) + BOTTOM
     figure = new_figure(WIDTH, height)
-    figure.set_layout_engine("none")  # to fit a layout takes longer than to draw
+    figure.set_layout_engine("none")  # fitting a layout takes longer than drawing
     edges = {
         "left": LEFT / WIDTH,
         "right": 1 - RIGHT / WIDTH,
@@ -92,7 +93,7 @@ def _averages(axes: Axes, panel: Panel, quantity: str) -> None:
     axes.fill_between(panel.lams, low, high, color="0.6", alpha=0.35, linewidth=0)
     for name, (colour, line, marker) in STYLES.items():
         curve = panel.curves[name]
-        if name != POTENTIAL:  # three bundles of thin lines would hide each other
+        if name != POTENTIAL:  # a third bundle of thin lines would hide the others
             axes.plot(
                 panel.lams, getattr(curve, quantity), line, color=colour, linewidth=0.6, alpha=0.5
             )
@@ -108,7 +109,7 @@ def _averages(axes: Axes, panel: Panel, quantity: str) -> None:
 
 
 def _widen(axes: Axes) -> None:
-    """Do not blow rounding errors up to the height of the panel."""
+    """Widen the vertical axis, so that rounding errors do not fill the panel."""
     low, high = axes.get_ylim()
     if high - low < LEAST_SPAN:
         middle = (low + high) / 2
@@ -125,7 +126,9 @@ def _crashes(axes: Axes, panel: Panel) -> None:
         axes.errorbar(
             panel.lams,
             value,
-            yerr=np.maximum([value - lower, upper - value], 0.0),  # but for rounding
+            yerr=np.maximum(
+                [value - lower, upper - value], 0.0
+            ),  # rounding may give negative lengths
             fmt=line,
             color=colour,
             marker=marker,
@@ -140,12 +143,13 @@ def _crashes(axes: Axes, panel: Panel) -> None:
 
 
 def _shown(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Value and limits; where no crash was seen, the upper limit stands for all."""
+    """Return value and limits; without crashes, the upper limit for all three."""
     value, low, high = curve.crash.T
-    seen = value > 0
-    return np.where(seen, value, high), np.where(seen, np.maximum(low, high / 1e6), high), high
+    counted = value > 0
+    least = np.where(counted, np.maximum(low, high / 1e6), high)
+    return np.where(counted, value, high), least, high
 
 
 def _extreme(panel: Panel, reduce: Any) -> np.ndarray:
-    found: np.ndarray = reduce([_shown(panel.curves[name])[0] for name in EQUILIBRIA])
-    return found
+    values: np.ndarray = reduce([_shown(panel.curves[name])[0] for name in EQUILIBRIA])
+    return values

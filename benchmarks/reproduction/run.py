@@ -19,7 +19,7 @@ Sheet = tuple[Setting, float]
 
 @dataclass(frozen=True)
 class Finding:
-    """A claim, the cases it was put to, and the verdict."""
+    """A claim, its cases, and the verdict."""
 
     claim: Claim
     cases: Sequence[Case]
@@ -28,7 +28,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything that was found."""
+    """Panels of an extent, and the findings on all claims."""
 
     extent: Extent
     panels: dict[Place, Panel]
@@ -36,7 +36,7 @@ class Reproduction:
 
     @property
     def sheets(self) -> dict[Sheet, list[Panel]]:
-        """Panels by setting and gain, in the order in which they were asked for."""
+        """Panels by setting and gain, in the order of the extent."""
         sheets: dict[Sheet, list[Panel]] = {}
         for panel in self.panels.values():
             sheets.setdefault((panel.place.setting, panel.place.gain), []).append(panel)
@@ -61,22 +61,22 @@ def reproduce(
     jobs: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> Reproduction:
-    """Run the cells that ``store`` lacks, and judge_claims the claims by all of them.
+    """Run the cells that ``store`` lacks, and test the claims on all cells.
 
     ``progress`` is called with numbers of cells, as by :func:`benchmarks.sweeps.sweep`.
     """
     asked = {place: extent.cells(place) for place in extent.places()}
-    cells = [cell for solutions in asked.values() for mine in solutions.values() for cell in mine]
+    cells = [cell for solutions in asked.values() for some in solutions.values() for cell in some]
     rows = iter(sweep(cells, store, jobs=jobs, progress=progress))
     panels = {}
     for place, solutions in asked.items():
-        found = {name: [next(rows) for _ in mine] for name, mine in solutions.items()}
-        panels[place] = make_panel(place, extent.lams, found)
+        solved = {name: [next(rows) for _ in some] for name, some in solutions.items()}
+        panels[place] = make_panel(place, extent.lams, solved)
     return Reproduction(extent, panels, judge_claims(panels))
 
 
 def judge_claims(panels: dict[Place, Panel]) -> list[Finding]:
-    """Every claim with its cases and verdict."""
+    """Return a finding for every claim."""
     findings = []
     for claim in CLAIMS:
         cases = list(claim.cases(panels))
@@ -84,21 +84,21 @@ def judge_claims(panels: dict[Place, Panel]) -> list[Finding]:
     return findings
 
 
-def report(found: Reproduction) -> dict[str, Any]:
-    """What ``ppg reproduce --json`` prints, and the docs are made of."""
-    extent = found.extent
+def report(reproduction: Reproduction) -> dict[str, Any]:
+    """Return the content of ``ppg reproduce --json``, from which the docs are generated."""
+    extent = reproduction.extent
     return {
         "episodes": extent.episodes,
         "seed": extent.seed,
         "lam": list(extent.lams),
-        "claims": [_claim(one) for one in found.findings],
-        "panels": [_panel(panel) for panel in found.panels.values()],
-        "failed": found.failed,
+        "claims": [_claim(finding) for finding in reproduction.findings],
+        "panels": [_panel(panel) for panel in reproduction.panels.values()],
+        "failed": reproduction.failed,
     }
 
 
-def _claim(found: Finding) -> dict[str, Any]:
-    claim, verdict = found.claim, found.verdict
+def _claim(finding: Finding) -> dict[str, Any]:
+    claim, verdict = finding.claim, finding.verdict
     return {
         "key": claim.key,
         "text": claim.text,
@@ -110,7 +110,8 @@ def _claim(found: Finding) -> dict[str, Any]:
         "total": verdict.total,
         "on": verdict.on,
         "cases": [
-            {**case.factors, "holds": case.holds, "evidence": case.evidence} for case in found.cases
+            {**case.factors, "holds": case.holds, "evidence": case.evidence}
+            for case in finding.cases
         ],
     }
 

@@ -1,6 +1,6 @@
-"""Sections of the report as HTML: claims with their cases, figures, numbers, how it was made.
+"""Sections of the report as HTML: claims with their cases, figures, numbers, provenance.
 
-All words that come from data pass through :func:`html.escape`.
+All text from data passes through :func:`html.escape`.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from benchmarks.reproduction.run import Finding, Reproduction, Sheet
 from benchmarks.reproduction.verdicts import DEPENDS, FAILS, HOLDS, OPEN, Case
 
 PACKAGES = ("path-planning-games", "numpy", "scipy", "highspy", "numba", "matplotlib")
-"""Whose versions numbers and figures depend on."""
+"""Packages whose versions affect numbers and figures."""
 
 SIGNS = {HOLDS: "✓", FAILS: "✗", DEPENDS: "±", OPEN: "&ndash;"}
-"""Beside the colour, for those who do not see it."""
+"""Shown next to the colour, for readers who do not see it."""
 
 CLASSES = {HOLDS: "holds", FAILS: "fails", DEPENDS: "depends", OPEN: "open"}
 
 
-def claims(found: Reproduction) -> str:
-    """The table of claims; under each its definition and all its cases."""
-    sheets = list(found.sheets)
-    return "\n".join(_claim(one, sheets) for one in found.findings)
+def claims(reproduction: Reproduction) -> str:
+    """Return the table of claims, each with its definition and all its cases."""
+    sheets = list(reproduction.sheets)
+    return "\n".join(_claim(finding, sheets) for finding in reproduction.findings)
 
 
-def _claim(found: Finding, sheets: Sequence[Sheet]) -> str:
-    claim, verdict = found.claim, found.verdict
+def _claim(finding: Finding, sheets: Sequence[Sheet]) -> str:
+    claim, verdict = finding.claim, finding.verdict
     rest = str(verdict).removeprefix(verdict.word)
     cells = [
         ("Claim", f"<strong>{escape(claim.key)}</strong>"),
-        ("What the paper says", escape(claim.text)),
-        ("Where", escape(claim.source)),
+        ("Claim of the paper", escape(claim.text)),
+        ("Source", escape(claim.source)),
         ("Verdict", _badge(verdict.word) + escape(rest)),
         ("Cases that hold", f"{verdict.holding}/{verdict.total}"),
     ]
@@ -49,25 +49,27 @@ def _claim(found: Finding, sheets: Sequence[Sheet]) -> str:
     return (
         f'<tbody class="claim"><tr>{line}</tr><tr><td colspan="{len(cells)}"><details>'
         f"<summary>Definition and {verdict.total} cases</summary>"
-        f"<p>Holds in a case if {escape(claim.definition)}.</p>{_cases(found, sheets)}"
+        f"<p>Holds in a case if {escape(claim.definition)}.</p>{_cases(finding, sheets)}"
         "</details></td></tr></tbody>"
     )
 
 
-def _cases(found: Finding, sheets: Sequence[Sheet]) -> str:
-    if not found.cases:
-        return "<p>Nothing that was run speaks of it.</p>"
-    factors = list(dict.fromkeys(name for case in found.cases for name in case.factors))
+def _cases(finding: Finding, sheets: Sequence[Sheet]) -> str:
+    if not finding.cases:
+        return "<p>No cell that was run concerns this claim.</p>"
+    factors = list(dict.fromkeys(name for case in finding.cases for name in case.factors))
     rows = [
         [escape(case.factors.get(name, "")) for name in factors]
         + [_badge(HOLDS if case.holds else FAILS), escape(case.evidence), _links(case, sheets)]
-        for case in found.cases
+        for case in finding.cases
     ]
-    return _table(f"Cases of: {found.claim.key}", [*factors, "outcome", "evidence", "figure"], rows)
+    return _table(
+        f"Cases of: {finding.claim.key}", [*factors, "outcome", "evidence", "figure"], rows
+    )
 
 
 def _links(case: Case, sheets: Sequence[Sheet]) -> str:
-    """Links to the figures of a case; a case about feedback has one with it and one without."""
+    """Return links to the figures of a case; a case about feedback has two, with and without."""
     return " ".join(
         f'<a href="#{_anchor((setting, gain))}">K = {gain:g}</a>'
         for setting, gain in sheets
@@ -81,16 +83,16 @@ def _badge(word: str) -> str:
     return f'<span class="badge {CLASSES[word]}">{SIGNS[word]} {word}</span>'
 
 
-def figures(found: Reproduction) -> str:
-    """One figure per setting and gain."""
-    return "\n".join(_figure(sheet, panels) for sheet, panels in found.sheets.items())
+def figures(reproduction: Reproduction) -> str:
+    """Return one figure per setting and gain."""
+    return "\n".join(_figure(sheet, panels) for sheet, panels in reproduction.sheets.items())
 
 
 def _figure(sheet: Sheet, panels: Sequence[Panel]) -> str:
     scenarios = ", ".join(panel.place.scenario for panel in panels)
     text = (
         "Objective, time to goal, safety lost and crash probability over lam, at equilibria and at "
-        f"the social optimum, for {_name(sheet)}. A line of panels per scenario: {scenarios}. "
+        f"the social optimum, for {_name(sheet)}. A row of panels per scenario: {scenarios}. "
         "The numbers are in the tables below."
     )
     image = b64encode(svg(draw(panels))).decode("ascii")
@@ -104,13 +106,13 @@ def _figure(sheet: Sheet, panels: Sequence[Panel]) -> str:
     )
 
 
-def numbers(found: Reproduction) -> str:
-    """One table per panel: every solution at every lam, averages and each agent."""
-    return "\n".join(_numbers(panel) for panel in found.panels.values())
+def numbers(reproduction: Reproduction) -> str:
+    """Return one table per panel: every solution at every lam, averages and each agent."""
+    return "\n".join(_numbers(panel) for panel in reproduction.panels.values())
 
 
 COLUMNS = (
-    "lam", "solution", "ended", "objective", "time", "safety lost", "Pr(anybody crashes)",
+    "lam", "solution", "status", "objective", "time", "safety lost", "Pr(any agent crashes)",
     "union bound", "regret",
 )  # fmt: skip
 
@@ -141,39 +143,39 @@ def _power(value: float) -> str:
     return "&ndash;" if np.isnan(value) else f"{value:.1e}" if value else "0"
 
 
-def failures(found: Reproduction) -> str:
-    """The cells without a result, and why."""
-    if not found.failed:
+def failures(reproduction: Reproduction) -> str:
+    """Return the list of cells without a result, with reasons."""
+    if not reproduction.failed:
         return "<p>Every cell has a result.</p>"
-    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in found.failed)
-    return f"<p>{len(found.failed)} cells have no result:</p><ul>{items}</ul>"
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in reproduction.failed)
+    return f"<p>{len(reproduction.failed)} cells have no result:</p><ul>{items}</ul>"
 
 
-def making(found: Reproduction) -> str:
-    """The command, and the versions of what it ran on."""
-    extent = found.extent
-    words = {
-        "settings": ",".join(f"{one.speed}:{one.margin_cap:g}" for one in extent.settings),
+def making(reproduction: Reproduction) -> str:
+    """Return the command, and the versions of the packages."""
+    extent = reproduction.extent
+    values = {
+        "settings": ",".join(f"{s.speed}:{s.margin_cap:g}" for s in extent.settings),
         "scenarios": ",".join(extent.scenarios),
         "lams": ",".join(f"{lam:g}" for lam in extent.lams),
         "episodes": str(extent.episodes),
         "seed": str(extent.seed),
     }
-    options = [word for name, value in words.items() for word in (f"--{name}", value)]
+    options = [word for name, value in values.items() for word in (f"--{name}", value)]
     command = shlex.join(["ppg", "reproduce", *options])
     used = [f"Python {platform.python_version()}", *map(_version, PACKAGES)]
     return (
         f"<pre><code>{escape(command)}</code></pre>"
         f"<p>{extent.size} cells, {extent.episodes} simulated episodes each, seed {extent.seed}. "
-        f"This page was written with {escape(', '.join(used))}; cells that were stored before may "
-        "have been run with others.</p>"
+        f"This page was written with {escape(', '.join(used))}; cells stored earlier may have been "
+        "run with other versions.</p>"
     )
 
 
 def _version(package: str) -> str:
     try:
         return f"{package} {version(package)}"
-    except PackageNotFoundError:  # run from a folder, without installation
+    except PackageNotFoundError:  # run from a folder without installation
         return f"{package} (not installed)"
 
 
@@ -188,7 +190,7 @@ def _name(sheet: Sheet) -> str:
 
 
 def _table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table that scrolls by itself; ``rows`` are HTML."""
+    """Return a scrollable table; ``rows`` are HTML."""
     head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
@@ -196,6 +198,6 @@ def _table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 def _scroller(name: str, content: str) -> str:
-    """What may be wider or higher than the screen; it can be scrolled with the keyboard."""
+    """Return ``content`` in a region that scrolls, also with the keyboard."""
     label = escape(name)
     return f'<div class="wide" role="region" aria-label="{label}" tabindex="0">{content}</div>'

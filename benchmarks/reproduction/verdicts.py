@@ -1,12 +1,12 @@
-r"""From cases to a verdict, and to what it depends on.
+r"""Verdicts: the summary of the cases of a claim, and the factors that it depends on.
 
-A claim is put to many *cases*; each has a place on several *factors* (speed set, margin cap,
-scenario, ...) and an outcome.  If all cases agree, so does the verdict.  Otherwise the factor that
-explains most of the difference is named:
+A claim is tested in many *cases*; each has a value of several *factors* (speed set, margin cap,
+scenario, ...) and an outcome.  If all cases agree, the verdict is theirs.  Otherwise it names the
+factors that explain most of the difference:
 
     explained(f) = sum over values v of f:  n_v (share_v - share)^2  /  (n share (1 - share))
 
-with share the part of cases in which the claim holds: the squared correlation ratio.
+where share is the fraction of cases in which the claim holds: the squared correlation ratio.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 HOLDS, FAILS, DEPENDS, OPEN = "holds", "fails", "depends", "no data"
 
 TELLING = 0.05
-"""A factor that explains less than this is not named."""
+"""Factors that explain less than this are not named."""
 
 MOST_NAMED = 2
-"""Factors named at most."""
+"""Largest number of factors named."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Case:
 
     Attributes
     ----------
-    factors : where it stands, in words.
+    factors : the value of each factor.
     holds : the outcome.
-    evidence : the numbers it rests on.
+    evidence : the numbers behind the outcome, as a phrase.
     """
 
     factors: Mapping[str, str]
@@ -41,13 +41,14 @@ class Case:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the cases say together.
+    """The summary of all cases of a claim.
 
     Attributes
     ----------
     word : ``holds``, ``fails``, ``depends`` or ``no data``.
     holding, total : numbers of cases.
-    on : what it depends on: per factor, the share of cases that hold for each of its values.
+    on : for each factor that it depends on and each of its values, the number of cases that hold,
+        and of all cases.
     """
 
     word: str
@@ -59,7 +60,7 @@ class Verdict:
         if self.word != DEPENDS:
             return self.word
         if not self.on:
-            return "depends, on nothing that was varied alone"
+            return "depends, on no single factor"
         return "depends on " + " and ".join(
             f"{factor} (" + ", ".join(f"{v}: {a}/{n}" for v, (a, n) in shares.items()) + ")"
             for factor, shares in self.on.items()
@@ -67,25 +68,24 @@ class Verdict:
 
 
 def verdict(cases: Sequence[Case]) -> Verdict:
-    """The verdict of ``cases``."""
+    """Return the verdict of ``cases``."""
     total, holding = len(cases), sum(case.holds for case in cases)
     if holding in (0, total):
         word = OPEN if not total else HOLDS if holding else FAILS
         return Verdict(word, holding, total, {})
     factors = dict.fromkeys(name for case in cases for name in case.factors)
     shares = {factor: _shares(cases, factor) for factor in factors}
-    ranked = sorted(
-        factors, key=lambda factor: -_explained(shares[factor])
-    )  # stable: ties by order
+    # The sort is stable: ties keep the order of the factors.
+    ranked = sorted(factors, key=lambda factor: -_explained(shares[factor]))
     named = [factor for factor in ranked[:MOST_NAMED] if _explained(shares[factor]) >= TELLING]
     return Verdict(DEPENDS, holding, total, {factor: shares[factor] for factor in named})
 
 
 def _shares(cases: Sequence[Case], factor: str) -> dict[str, tuple[int, int]]:
-    """Per value of a factor: cases that hold, and all."""
+    """Return, for each value of a factor, the number of cases that hold and of all cases."""
     values = dict.fromkeys(case.factors[factor] for case in cases if factor in case.factors)
-    mine = {v: [case.holds for case in cases if case.factors.get(factor) == v] for v in values}
-    return {v: (sum(found), len(found)) for v, found in mine.items()}
+    outcomes = {v: [c.holds for c in cases if c.factors.get(factor) == v] for v in values}
+    return {v: (sum(held), len(held)) for v, held in outcomes.items()}
 
 
 def _explained(shares: Mapping[str, tuple[int, int]]) -> float:

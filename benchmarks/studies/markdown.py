@@ -11,7 +11,7 @@ from benchmarks.studies.study import Table
 from ppg_env.errors import require
 
 
-def told(name: str, path: Path, part: str) -> str:
+def study_markdown(name: str, path: Path, part: str) -> str:
     """The ``question``, the ``words`` or the ``tables`` of a study, from the results in ``path``.
 
     Raises

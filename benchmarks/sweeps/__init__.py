@@ -1,6 +1,6 @@
-"""Sweeps: cells addressed by what determines them, rows in an SQLite store.
+"""Sweeps: cells addressed by what determines their results, rows in an SQLite store.
 
-``sweep(cells, path)`` returns the rows of ``cells``, after a run of those that the store lacks.
+``sweep(cells, path)`` runs the cells that the store lacks, and returns the rows of all cells.
 """
 
 from benchmarks.sweeps.cell import Cell

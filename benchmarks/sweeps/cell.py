@@ -1,11 +1,11 @@
-r"""What determines a result: a game, who plays it, and how it is simulated.
+r"""A cell of a sweep: a game, its player, and how it is simulated.
 
     address = SHA-256 of the canonical JSON of (format, the game itself, player, its options,
               its file's content, arena, episodes, groups, seed, solver, limits)
 
-Names of scenarios and files are not in it, what they stand for is: edit a game file and its cells
-are new ones, rename it and they are not.  Options that a player does not heed are left out, so
-that a grid over the starts of ``nash`` has one cell for ``social``.
+The address contains the content of scenarios and files, not their names: editing a game file makes
+new cells, renaming it does not.  Options without effect for a player are left out, so that a grid
+over the starts of ``nash`` has one cell for ``social``.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
 
 FORMAT = 2
-"""To be raised whenever a cell gives another row than before: old rows are then not found."""
+"""Raise it whenever a cell gives another row than before, so that old rows are not found."""
 
 SELFISH = "selfish"
-"""What those heed who heed no other."""
+"""The liability rule of all players that accept no other."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Cell(PlannerOptions):
             require(value >= least, name, f"is {value}", f"give a whole number from {least} on")
 
     def __getstate__(self) -> dict[str, Any]:
-        # Copies in other processes find out for themselves what the names stand for there.
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        # Leave out cached values: another process resolves the names itself.
+        return {item.name: getattr(self, item.name) for item in fields(self)}
 
     @cached_property
     def game(self) -> Game:
@@ -81,8 +81,8 @@ class Cell(PlannerOptions):
         return _scenario(self.scenario, fields)
 
     @property
-    def heeded(self) -> dict[str, Any]:
-        """The options, with None for those without effect for this player in this arena."""
+    def effective_options(self) -> dict[str, Any]:
+        """The options, with None for those without effect for this player and arena."""
         accepted = find_player(self.player).accepts
         order = self.order if isinstance(self.order, str) else ",".join(map(str, self.order))
         return {
@@ -106,14 +106,14 @@ class Cell(PlannerOptions):
             "game": game_to_tables(self.game),
             "player": FILE if self.player.endswith(FILE) else self.player,
             "learned": self._file_digest(),
-            **self.heeded,
+            **self.effective_options,
         }
         if content["charge"] in (None, SELFISH):  # the only rule of the first stores
             del content["charge"]
         return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
     def _file_digest(self) -> str | None:
-        """Of the file of a learned player."""
+        """Return the SHA-256 of the file of a learned player; None for other players."""
         if self.player in PRETRAINED:
             path = pretrained_file(self.player, self.game)
         elif self.player.endswith(FILE):
@@ -130,11 +130,11 @@ class Cell(PlannerOptions):
 
 @lru_cache(maxsize=1024)
 def _scenario(call: str, fields: str) -> Game:
-    """The game of a scenario: in a grid, many cells have the same."""
+    """Return the game of a scenario; many cells of a grid share one."""
     return make_game(call, **json.loads(fields))
 
 
 def _canonical(content: Mapping[str, Any]) -> str:
-    """JSON in which equal values are equal texts: keys sorted, whole numbers written as 3.0."""
-    numbers = json.loads(json.dumps(content, allow_nan=False), parse_int=float)
-    return json.dumps(numbers, sort_keys=True, separators=(",", ":"))
+    """Return JSON in which equal values are equal texts: sorted keys, whole numbers as 3.0."""
+    normalised = json.loads(json.dumps(content, allow_nan=False), parse_int=float)
+    return json.dumps(normalised, sort_keys=True, separators=(",", ":"))

@@ -1,7 +1,7 @@
-"""Rows as a table in a file: CSV for everybody, Parquet with types.
+"""Export of rows to a file: CSV, or Parquet with types.
 
-Lists are JSON in CSV and lists in Parquet; tables, the game among them, are JSON in both.  CSV
-leaves out the game, means and controls, which would drown the rest.
+Lists are JSON in CSV and lists in Parquet; tables, such as the game, are JSON in both.  CSV omits
+the large columns: the game, means and controls.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ SUFFIXES = (".csv", ".parquet")
 
 
 def check_export(path: str | Path) -> None:
-    """Refuse a file of another kind, before any work is done for it."""
-    known = Path(path).suffix.lower() in SUFFIXES
-    require(known, str(path), "is no table", "name a file ending in " + " or ".join(SUFFIXES))
+    """Refuse a file of another kind; called before any work is done."""
+    supported = Path(path).suffix.lower() in SUFFIXES
+    require(
+        supported, str(path), "is not a table", "name a file ending in " + " or ".join(SUFFIXES)
+    )
 
 
 def export_rows(rows: Sequence[Row], path: str | Path) -> Path:
-    """Write ``rows`` to a .csv or .parquet file, whole or not at all."""
+    """Write ``rows`` to a .csv or .parquet file, atomically."""
     check_export(path)
     as_bytes = _csv if Path(path).suffix.lower() == ".csv" else _parquet
     return write_atomically(path, as_bytes(rows))

@@ -1,6 +1,6 @@
 """Grids of cells: every combination of games, values of their fields, players and seeds.
 
-On the command line, or as a file with the same words:
+A grid is written on the command line, or as a file with the same names:
 
     [sweep]
     games = ["head_on", "circle(4)"]
@@ -29,10 +29,10 @@ from ppg_env.formats.game_file import read_tables
 
 @dataclass(frozen=True)
 class Grid:
-    """What to combine; the words are those of :class:`Cell`, and in the plural there are several.
+    """Values to combine; the names are those of :class:`Cell`, in the plural for several values.
 
-    ``starts``, ``orders`` and ``charges`` are combined for the players that heed them.  Unless
-    given, the arena is the environment if a player needs it.
+    ``starts``, ``orders`` and ``charges`` are combined for the players that accept them.  The
+    default arena is the environment if a player needs it, and else the schedule.
     """
 
     games: tuple[str, ...]
@@ -50,7 +50,7 @@ class Grid:
     node_limit: int | None = None
 
     def cells(self) -> list[Cell]:
-        """All combinations; games vary slowest, then fields, players and, fastest, seeds."""
+        """Return all combinations; games vary slowest, then fields, players and, fastest, seeds."""
         players, arena = chosen_players(",".join(self.players), self.arena)
         return [
             Cell(
@@ -84,17 +84,17 @@ class Grid:
 
 
 def is_grid(path: str) -> bool:
-    """Whether the .toml file at ``path`` describes a sweep, not a game."""
+    """Return whether the .toml file at ``path`` describes a sweep, not a game."""
     return path.endswith(".toml") and "sweep" in read_tables(path)
 
 
 def read_grid(path: str | Path) -> Grid:
-    """The grid in a TOML file; games and players in files are looked for from its folder.
+    """Return the grid in a TOML file; paths of games and players are relative to its folder.
 
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, or says anything else than a grid.
+        If the file is missing, is not TOML, or does not describe a grid.
     """
     tables, folder = read_tables(path), Path(path).parent
     with placed(str(path), ": "):
@@ -110,17 +110,17 @@ def read_grid(path: str | Path) -> Grid:
             with placed("sweep"):
                 read[key] = READERS[key](key, value)
         for key, suffix in (("games", ".toml"), ("players", FILE)):
-            found = read.get(key, ())
-            read |= {key: tuple(str(folder / f) if f.endswith(suffix) else f for f in found)}
+            given = read.get(key, ())
+            read |= {key: tuple(str(folder / f) if f.endswith(suffix) else f for f in given)}
         return Grid(values=values, **{key: value for key, value in read.items() if value != ()})
 
 
 def field_values(text: str) -> tuple[str, list[Any]]:
-    """Name and values in ``lam=0.1,0.5``, ``speed=l1,disc`` or ``lam=[0.2,0.8],[0.5,0.5]``."""
+    """Return name and values of ``lam=0.1,0.5``, ``speed=l1,disc`` or ``lam=[0.2,0.8],0.5``."""
     name, sign, listed = (part.strip() for part in text.partition("="))
     try:
         values = tomllib.loads(f"values = [{listed}]")["values"]
-    except tomllib.TOMLDecodeError:  # words, as nobody quotes them on the command line
+    except tomllib.TOMLDecodeError:  # words need no quotes on the command line
         values = [part.strip() for part in listed.split(",")]
     require(
         bool(name and sign and listed and values),
@@ -132,27 +132,27 @@ def field_values(text: str) -> tuple[str, list[Any]]:
 
 
 def whole_numbers(name: str, text: Any) -> tuple[int, ...]:
-    """The numbers in ``0:5`` (0 to 4) or ``1,4``; or those of a list."""
+    """Return the numbers in ``0:5`` (0 to 4) or ``1,4``, or those of a list."""
     try:
         if isinstance(text, str) and ":" in text:
             first, last = text.split(":")
-            found = tuple(range(int(first or 0), int(last)))
+            numbers = tuple(range(int(first or 0), int(last)))
         else:
             parts = text.split(",") if isinstance(text, str) else text
-            found = tuple(int(part) for part in parts)
+            numbers = tuple(int(part) for part in parts)
             if any(isinstance(part, (bool, float)) for part in parts):
                 raise ValueError
     except (TypeError, ValueError):
-        found = ()
-    require(bool(found), name, f"is {text!r}", "write 0:5 for 0 to 4, or list whole numbers")
-    return found
+        numbers = ()
+    require(bool(numbers), name, f"is {text!r}", "write 0:5 for 0 to 4, or list whole numbers")
+    return numbers
 
 
 def _words(key: str, value: Any) -> tuple[str, ...]:
-    found = tuple(_list(key, value))
-    fits = all(isinstance(item, str) for item in found)
+    words = tuple(_list(key, value))
+    fits = all(isinstance(item, str) for item in words)
     require(fits, key, f"is {value!r:.60}", 'write words in quotes, as in ["nash", "social"]')
-    return found
+    return words
 
 
 def _orders(key: str, value: Any) -> tuple[str | tuple[int, ...], ...]:
@@ -192,7 +192,7 @@ READERS: dict[str, Callable[[str, Any], Any]] = {
     "time_limit": _seconds,
     "node_limit": _whole,
 }
-"""How each word of [sweep] is read."""
+"""The function that reads each key of [sweep]."""
 
 
 def _list(key: str, value: Any) -> list[Any]:

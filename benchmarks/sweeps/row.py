@@ -1,7 +1,7 @@
-"""A row of a sweep: what was asked, and what was found.
+"""A row of a sweep: a cell and its result.
 
-Numbers that are infinite or undefined are None, as in JSON, so that a row is the same before and
-after it was stored.
+Infinite and undefined numbers are None, as in JSON, so that a row is the same before and after it
+is stored.
 """
 
 from __future__ import annotations
@@ -25,44 +25,44 @@ Numbers = list[float | None]
 Counts = list[int | None]
 Words = list[str]
 Estimates = list[dict[str, float]]
-"""Of ``value``, ``low`` and ``high``."""
+"""Each with ``value``, ``low`` and ``high``."""
 
 Table = dict[str, Any]
 GameTables = dict[str, Any]
 Paths = list[list[list[float]]]
 
 PACKED = ("GameTables", "Paths")
-"""What is large, and so is stored compressed."""
+"""Types of large columns, which are stored compressed."""
 
 
 @dataclass(frozen=True)
 class Row:
     """One cell and its result; the columns of the store, in this order.
 
-    Lists have one entry per agent, unless something else is said.
+    Lists have one entry per agent, unless stated otherwise.
 
     Attributes
     ----------
-    address : of the cell.
+    address : address of the cell.
     scenario : the game's name; the stem of its file if it has none.
-    lam, gain, noise, speed : the value that all agents share (a matrix k I counts as k; speed is
-        the kind of their control sets), None if there is none.
+    lam, gain, noise, speed : the value common to all agents (k for a matrix k I; for speed, the
+        kind of the control sets); None if they differ.
     lams : lam of each agent.
-    fields : the fields of the game that were overridden.
+    fields : the overridden fields of the game.
     game : the whole game, as in a game file.
-    start, order, charge, ... node_limit : of the cell; None for what its player does not heed.
-    status : how the planner ended, ``trained`` for learners, ``failed`` after an error.
+    start, order, charge, ... node_limit : options of the cell; None for those without effect.
+    status : status of the planner, ``trained`` for learners, ``failed`` after an error.
     reason : why there is no result, with advice; None if there is one.
-    arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of planners, by the evaluator.
-    social_cost, potential, risk_bound_any, complaints : likewise, of all agents together.
-    minimised, value, bound, gap, regret, updates : what is proved, as ``ppg solve`` prints it.
-    information, runs, played_arrival, arrival_mean, success : as ``ppg compare`` prints them.
-    crash_probability, crash_probability_low, crash_probability_high : of anybody, with limits.
-    crash_probability_agents : of each.
-    crash_method : how they were found, ``mc`` or ``rare``.
+    arrival, cost, shifted_cost, safety_cost, deficit, risk_bound : of the plans, by the evaluator.
+    social_cost, potential, risk_bound_any, complaints : the same for all agents together.
+    minimised, value, bound, gap, regret, updates : certificates, as in ``ppg solve``.
+    information, runs, played_arrival, arrival_mean, success : as in ``ppg compare``.
+    crash_probability, crash_probability_low, crash_probability_high : of any agent, with limits.
+    crash_probability_agents : of each agent.
+    crash_method : the estimator of these, ``mc`` or ``rare``.
     expected_cost, expected_cost_low, expected_cost_high : mean over agents, with limits.
     over_runs : limits over training runs.
-    means, controls : (N, H+1, n) and (N, H, m), of the plans.
+    means, controls : of the plans, (N, H+1, n) and (N, H, m).
     seconds : wall time, the only entry that the cell does not determine.
     """
 
@@ -134,26 +134,28 @@ class Row:
         return self.reason is not None
 
 
-COLUMNS: dict[str, str] = {one.name: str(one.type).removesuffix(" | None") for one in fields(Row)}
+COLUMNS: dict[str, str] = {
+    item.name: str(item.type).removesuffix(" | None") for item in fields(Row)
+}
 """Name and type of every column."""
 
 
 def make_row(cell: Cell, report: Mapping[str, Any]) -> Row:
-    """The row of ``cell``; ``report`` may hold more than a row has places for."""
-    found: dict[str, Any] = {}
+    """Return the row of ``cell``; entries of ``report`` that are no columns are ignored."""
+    flat: dict[str, Any] = {}
     for name, value in json.loads(to_json(report)).items():
         if isinstance(value, dict) and set(value) == {"value", "low", "high"}:
-            found |= {name: value["value"], f"{name}_low": value["low"]}
-            found[f"{name}_high"] = value["high"]
+            flat |= {name: value["value"], f"{name}_low": value["low"]}
+            flat[f"{name}_high"] = value["high"]
         else:
-            found[name] = value
+            flat[name] = value
     asked = _asked(cell)
-    result = {name: found[name] for name in COLUMNS if name in found and name not in asked}
+    result = {name: flat[name] for name in COLUMNS if name in flat and name not in asked}
     return Row(**asked, **result)
 
 
 def _asked(cell: Cell) -> dict[str, Any]:
-    """What a row says of its cell."""
+    """Return the columns that the cell determines."""
     game = cell.game
     agents = game.agents
     return {
@@ -165,7 +167,7 @@ def _asked(cell: Cell) -> dict[str, Any]:
         "lam": _common(agent.lam for agent in agents),
         "gain": _common(_multiple(agent.gain) for agent in agents),
         "noise": _common(_multiple(agent.noise) for agent in agents),
-        "speed": _common(held.kind for agent in agents for _, held in pieces(agent.control)),
+        "speed": _common(piece.kind for agent in agents for _, piece in pieces(agent.control)),
         "horizon": game.horizon,
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
@@ -173,22 +175,22 @@ def _asked(cell: Cell) -> dict[str, Any]:
         "lams": [agent.lam for agent in agents],
         "fields": json.loads(json.dumps(cell.fields, default=_written)),
         "game": game_to_tables(game),
-        **cell.heeded,
+        **cell.effective_options,
     }
 
 
 def _common(values: Iterable[Any]) -> Any:
-    """The value that all of ``values`` have, or None."""
+    """Return the common value of ``values``, or None."""
     first, *others = values
     return first if all(other == first for other in others) else None
 
 
 def _multiple(matrix: np.ndarray) -> float | None:
-    """The number k of a ``matrix`` k I; None of any other."""
+    """Return the number k of a ``matrix`` k I; None for any other matrix."""
     k = float(matrix[0, 0])
     return k if np.array_equal(matrix, k * np.eye(*matrix.shape)) else None
 
 
 def _written(value: Any) -> Any:
-    """What JSON has no form for, such as arrays and polytopes."""
+    """Return a form of arrays and polytopes that JSON can hold."""
     return value.tolist() if isinstance(value, np.ndarray) else repr(value)

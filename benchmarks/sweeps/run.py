@@ -1,16 +1,16 @@
-r"""Running the cells that a store lacks, on one core, many, or a cluster.
+r"""Run the cells that a store lacks, on one core, on several, or on a cluster.
 
-    rows = stored rows + one run of each missing cell;  every run's row is committed when it ends
+    rows = stored rows + one run of each missing cell;  a row is committed when its run ends
 
-Workers compute; only the process that called writes.  The same code runs on the cores of this
-machine (joblib's ``loky``) and on a cluster (joblib's backends for Dask and Ray).  A row depends on
-its cell alone, so rows do not depend on who runs what, in which order, or after how many kills.
+Workers compute; only the calling process writes.  The same code runs on the cores of this machine
+(joblib's ``loky``) and on a cluster (joblib's backends for Dask and Ray).  A row depends on its
+cell alone, and not on the worker, the order of the runs, or interruptions.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
 from time import perf_counter
@@ -39,50 +39,56 @@ def sweep(
     retry: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> list[Row]:
-    """Rows of ``cells``, in their order; those that ``store`` lacks are run and stored.
+    """Run the cells that ``store`` lacks, and return the rows of all ``cells``, in their order.
 
     Parameters
     ----------
     jobs
-        Processes.  One is this process itself, which a cell that kills its process then ends;
-        with more, such a cell becomes a row that says so.
+        Number of processes.  One means this process, which a cell that kills its process ends;
+        with more, such a cell becomes a failed row.
     shard
-        (i, n) takes the i-th of n parts of about equal size, counted from 1; the parts together
-        are all cells.  Only rows of this part are returned.
+        (i, n) selects the i-th of n parts of about equal size, counted from 1.  Only the rows of
+        this part are returned.
     backend
         ``loky`` (this machine), ``dask`` or ``ray``.
     retry
-        Whether to run cells again that have failed before.
+        Whether to run failed cells again.
     progress
-        Called with the number of cells that were found stored, then with 1 after each run.
+        Called with the number of stored cells, then with 1 after each run.
 
     Raises
     ------
     InputError
-        If a cell describes no game or player (nothing is run then), or the store cannot be used;
-        rows stored before are kept, and the same call goes on from there.
+        If a cell has no valid game or player (then nothing is run), or the store cannot be used
+        (then stored rows are kept, and the same call continues from them).
     """
-    tell = progress or (lambda _count: None)
+    on_progress = progress or (lambda _count: None)
     check_backend(backend)
-    mine = part(cells, *shard)
+    own = part(cells, *shard)
     with Store(store) as base:
-        todo = missing(mine, base, retry=retry)
-        tell(len({cell.address for cell in mine}) - len(todo))
-        tasks = [(cell, cell.address) for cell in todo]
-        # Closed at once if the store fails, so that no worker goes on in vain.
-        with closing(each_done(play, tasks, jobs, backend)) as results:
-            for (cell, _), report in results:
-                found = _failure(report.reason) if isinstance(report, Died) else report
-                base.put(make_row(cell, found))
-                tell(1)
-        rows = {cell.address: base.get(cell.address) for cell in mine}
-    return [row for cell in mine if (row := rows[cell.address]) is not None]
+        todo = missing(own, base, retry=retry)
+        on_progress(len({cell.address for cell in own}) - len(todo))
+        # Closed at once if the store fails, so that no worker continues.
+        with closing(_run(todo, jobs, backend)) as results:
+            for row in results:
+                base.put(row)
+                on_progress(1)
+        rows = {cell.address: base.get(cell.address) for cell in own}
+    return [row for cell in own if (row := rows[cell.address]) is not None]
+
+
+def _run(cells: Sequence[Cell], jobs: int, backend: str) -> Generator[Row, None, None]:
+    """Yield the row of each cell when its run ends."""
+    tasks = [(cell, cell.address) for cell in cells]
+    with closing(each_done(play, tasks, jobs, backend)) as results:
+        for (cell, _), report in results:
+            yield make_row(cell, _failure(report.reason) if isinstance(report, Died) else report)
 
 
 def part(cells: Sequence[Cell], index: int, count: int) -> list[Cell]:
-    """The ``index``-th of ``count`` parts, in the order of ``cells``.
+    """Return the ``index``-th of ``count`` parts, in the order of ``cells``.
 
-    Cells are dealt out in the order of their addresses, in which dear and cheap ones are mixed.
+    Cells are dealt out in the order of their addresses, which mixes slow and fast cells.
     """
     require(
         1 <= index <= count,
@@ -95,32 +101,32 @@ def part(cells: Sequence[Cell], index: int, count: int) -> list[Cell]:
 
 
 def missing(cells: Sequence[Cell], store: Store, *, retry: bool = False) -> list[Cell]:
-    """Those of ``cells`` that ``store`` lacks, each once; with ``retry`` also those that failed."""
+    """Return the cells that ``store`` lacks, each once; with ``retry`` also the failed ones."""
     stored = store.addresses(failed=not retry)
     distinct = {cell.address: cell for cell in cells}
     return [cell for address, cell in distinct.items() if address not in stored]
 
 
 def play(task: Task) -> Report:
-    """Plan or load, and simulate, as ``ppg solve`` and ``ppg compare`` report it.
+    """Plan or load the player, and simulate; return what ``ppg solve`` and ``ppg compare`` report.
 
-    Any error is part of the report.
+    Errors are part of the report.
     """
     cell, address = task
     begun = perf_counter()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SpectralRadiusWarning)  # said where the cell was made
+            warnings.simplefilter("ignore", SpectralRadiusWarning)  # shown where the cell was made
             require(
                 cell.address == address,
                 cell.scenario,
-                "is not the same to this worker as to the sweep",
-                "leave files alone while it runs, and install one release everywhere",
+                "is not the same on this worker as in the sweep",
+                "do not edit files during a sweep, and install one release everywhere",
             )
             report = _played(cell)
     except Exception as error:  # a failing cell is a row
-        said = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        report = _failure(said)
+        text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        report = _failure(text)
     return report | {"seconds": perf_counter() - begun}
 
 

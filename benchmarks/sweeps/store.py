@@ -1,14 +1,14 @@
 r"""Rows in an SQLite database, one table ``rows``, one row per address.
 
 The journal is a write-ahead log with ``synchronous = NORMAL``: a row is one transaction, which
-survives the death of the process at any moment without waiting for the disk.  (A power cut may
-take the last rows, never the file.)  The log needs memory that its users share, so a store belongs
-to the processes of one machine at a time, on a disk of its own if it can be; machines that share
-work have a store each, to be merged.  On file systems without shared memory SQLite keeps to its
-rollback journal, as safe and slower.
+survives the death of the process at any moment without waiting for the disk.  (A power failure may
+lose the last rows, never the file.)  The log needs memory that its users share, so a store is used
+by the processes of one machine at a time, preferably on a local disk; machines that share work use
+one store each, and merge them.  On file systems without shared memory SQLite keeps its rollback
+journal, which is as safe and slower.
 
-Numbers and words are columns of their own; lists and tables are JSON, which SQLite's ``json_each``
-and ``json_extract`` read; the game and the plans are JSON compressed by zlib.
+Numbers and words have columns of their own; lists and tables are JSON, which SQLite's
+``json_each`` and ``json_extract`` read; the game and the plans are JSON compressed by zlib.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
 
 VERSION = 3
-"""Of the table; to be raised when a column comes or goes."""
+"""Version of the table; raise it when a column is added or removed."""
 
 PATIENCE = 30.0
 """Seconds to wait for a database that another program has locked."""
@@ -46,20 +46,19 @@ INSERT INTO rows ({NAMES}) {{source}}
 ON CONFLICT (address) DO UPDATE SET {", ".join(f'"{name}" = excluded."{name}"' for name in COLUMNS)}
 """
 BETTER = "WHERE rows.reason IS NOT NULL AND excluded.reason IS NULL"
-"""When a row that is merged takes the place of one that is there."""
+"""When a merged row replaces a stored one."""
 
 
 class Store:
-    """An open store; made if there is none at ``path``.  A context manager that closes it.
+    """An open store, created if there is none at ``path``; a context manager that closes it.
 
     Every method raises InputError if the file is no store, cannot be read or written, or is locked
-    for longer than ``patience`` seconds (:data:`PATIENCE` unless given); the rows stored before
-    are then still there.
+    for longer than ``patience`` seconds (default :data:`PATIENCE`); stored rows are then kept.
     """
 
     def __init__(self, path: str | Path, *, patience: float | None = None) -> None:
         self.path = Path(path)
-        with self._plain_words():
+        with self._readable_errors():
             wait = PATIENCE if patience is None else patience
             self._base = sqlite3.connect(path, timeout=wait, isolation_level=None)
             try:
@@ -69,7 +68,7 @@ class Store:
                 raise
 
     def _open(self) -> None:
-        # Tables first: whoever made them since has set the rest in the same transaction.
+        # Tables first: a concurrent writer creates them in one transaction with the rest.
         (tables,) = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()
         (mark,) = self._base.execute("PRAGMA application_id").fetchone()
         (version,) = self._base.execute("PRAGMA user_version").fetchone()
@@ -84,7 +83,7 @@ class Store:
         self._base.execute("PRAGMA journal_mode = WAL")
         self._base.execute("PRAGMA synchronous = NORMAL")
         if not tables:
-            # One transaction: whoever opens the file sees all of it or an empty database.
+            # One transaction: other processes see all of it or an empty database.
             self._base.executescript(
                 f"BEGIN IMMEDIATE;"
                 f"CREATE TABLE IF NOT EXISTS rows ({TABLE}, PRIMARY KEY (address)) WITHOUT ROWID;"
@@ -103,45 +102,48 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Close the file; its log is then part of it."""
+        """Close the file, which takes in its log."""
         self._base.close()
 
     def get(self, address: str) -> Row | None:
-        """The row at ``address``, if there is one."""
-        found = list(self._select(f"SELECT {NAMES} FROM rows WHERE address = ?", address))
-        return found[0] if found else None
+        """Return the row at ``address``, or None."""
+        rows = list(self._select(f"SELECT {NAMES} FROM rows WHERE address = ?", address))
+        return rows[0] if rows else None
 
     def put(self, row: Row) -> None:
-        """Store ``row`` in the place of any with its address; done when this returns."""
+        """Store ``row``, replacing any with its address; it is committed on return."""
         values = [_packed(kind, getattr(row, name)) for name, kind in COLUMNS.items()]
-        holes = ", ".join("?" * len(values))
-        with self._plain_words():
-            self._base.execute(INSERT.format(source=f"VALUES ({holes})"), values)
+        marks = ", ".join("?" * len(values))
+        with self._readable_errors():
+            self._base.execute(INSERT.format(source=f"VALUES ({marks})"), values)
 
     def addresses(self, *, failed: bool = True) -> set[str]:
-        """All addresses, or those of rows with a result."""
+        """Return all addresses, or only those of rows with a result."""
         which = "" if failed else " WHERE reason IS NULL"
-        with self._plain_words():
-            return {found for (found,) in self._base.execute(f"SELECT address FROM rows{which}")}
+        with self._readable_errors():
+            return {
+                address for (address,) in self._base.execute(f"SELECT address FROM rows{which}")
+            }
 
     def rows(self) -> list[Row]:
-        """All rows, by scenario, player and lam, and then by address."""
+        """Return all rows, by scenario, player and lam, and then by address."""
         return list(
             self._select(f"SELECT {NAMES} FROM rows ORDER BY scenario, player, lam, address")
         )
 
     def merge(self, other: str | Path) -> int:
-        """Take over the rows of the store ``other`` that are not here, or failed here and not
-        there; returns how many.
+        """Copy rows of the store ``other`` that are missing here, or failed here and not there.
+
+        Returns their number.
         """
         require(Path(other).is_file(), str(other), "does not exist", "check the path")
-        with Store(other):  # is it one?
+        with Store(other):  # refuse other files
             pass
-        with self._plain_words():
+        with self._readable_errors():
             before = self._base.total_changes
             self._base.execute("ATTACH ? AS other", (str(other),))
             try:
-                # SQLite wants a WHERE between SELECT and ON CONFLICT.
+                # SQLite requires a WHERE between SELECT and ON CONFLICT.
                 source = f"SELECT {NAMES} FROM other.rows WHERE true"
                 self._base.execute(INSERT.format(source=source) + BETTER)
             finally:
@@ -155,37 +157,37 @@ class Store:
         return export_rows(self.rows(), path)
 
     def _select(self, query: str, *values: Any) -> Iterator[Row]:
-        with self._plain_words():
-            for found in self._base.execute(query, values):
-                pairs = zip(COLUMNS.items(), found, strict=True)
+        with self._readable_errors():
+            for entries in self._base.execute(query, values):
+                pairs = zip(COLUMNS.items(), entries, strict=True)
                 yield Row(**{name: _unpacked(kind, value) for (name, kind), value in pairs})
 
     @contextmanager
-    def _plain_words(self) -> Iterator[None]:
-        """Tell in a sentence what SQLite finds wrong with the file."""
+    def _readable_errors(self) -> Iterator[None]:
+        """Raise SQLite's errors as InputError, with a remedy."""
         try:
             yield
         except sqlite3.DatabaseError as error:
-            problem, remedy = _told(error)
+            problem, remedy = _problem_and_remedy(error)
             raise InputError(str(self.path), problem, remedy) from None
 
 
 AGAIN = "and run the same command again: all rows stored so far are kept"
 
 
-def _told(error: sqlite3.DatabaseError) -> tuple[str, str]:
+def _problem_and_remedy(error: sqlite3.DatabaseError) -> tuple[str, str]:
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extension
     if code == sqlite3.SQLITE_FULL:
         return "has no room left (the disk is full)", f"free some space, {AGAIN}"
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "is locked by another program", f"wait for it or stop it, {AGAIN}"
     if code == sqlite3.SQLITE_CANTOPEN:
-        return "cannot be opened", "name a file in a folder that exists and is yours"
+        return "cannot be opened", "name a file in an existing, writable folder"
     if code == sqlite3.SQLITE_READONLY:
-        return "cannot be written to", f"make it yours, {AGAIN}"
+        return "cannot be written to", f"make it writable, {AGAIN}"
     if code in (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT):
         return f"is not a store of rows ({error})", "name another file"
-    return f"cannot be used ({error})", f"mend that, {AGAIN}"
+    return f"cannot be used ({error})", f"fix the cause, {AGAIN}"
 
 
 def _packed(kind: str, value: Any) -> Any:

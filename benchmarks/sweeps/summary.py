@@ -1,4 +1,4 @@
-"""Rows as a table on the terminal."""
+"""Rows as a table in the terminal."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from benchmarks.terminal import print_table, probability, times
 from ppg_env.support.statistics import Interval
 
 SHOWN = 60
-"""Rows printed at most; the store has them all."""
+"""Largest number of rows printed; the store has all of them."""
 
 AXES = (
     "objective", "lams", "gain", "noise", "speed", "horizon", "margin_cap", "crash_cost",
     "start", "order", "charge", "seed",
 )  # fmt: skip
-"""Columns that are printed where they differ between rows."""
+"""Columns that are printed if rows differ in them."""
 
 HEADS = {"lams": "lam", "margin_cap": "cap", "crash_cost": "crash cost"}
 
 NOTE = (
-    "Social cost: sum of shifted costs. Crash: anybody, 95 % intervals. Expected cost: mean over "
-    "agents."
+    "Social cost: sum of shifted costs. Crash: of any agent, 95 % intervals. Expected cost: mean "
+    "over agents."
 )
 
 
 def print_rows(rows: Sequence[Row]) -> None:
-    """A table on stdout, with a column for every axis along which the rows differ."""
+    """Print a table on stdout, with a column for every axis in which the rows differ."""
     axes = [
         name
         for name in AXES
@@ -47,7 +47,7 @@ def _value(row: Row, name: str) -> str:
     if name == "lams" and row.lam is not None:
         value = row.lam
     if isinstance(value, list):
-        return " ".join(f"{one:g}" for one in value)
+        return " ".join(f"{number:g}" for number in value)
     return "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -74,5 +74,5 @@ def _crash(row: Row) -> str:
     assert row.crash_probability is not None
     assert row.crash_probability_low is not None
     assert row.crash_probability_high is not None
-    found = (row.crash_probability, row.crash_probability_low, row.crash_probability_high)
-    return probability(Interval(*found))
+    limits = (row.crash_probability_low, row.crash_probability_high)
+    return probability(Interval(row.crash_probability, *limits))

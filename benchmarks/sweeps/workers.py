@@ -1,8 +1,7 @@
-"""One function applied to many items: in this process, on the cores, or on a cluster.
+"""Apply one function to many items: in this process, on the cores, or on a cluster.
 
-joblib does the work; the same code runs on each of its backends.  Libraries in the workers compute
-on one thread, since the workers already share the cores: loky is told so here, Dask and Ray do
-it by themselves.
+The same code runs on each backend of joblib.  Libraries in the workers use one thread, since the
+workers already share the cores: this is set here for loky, and is the default of Dask and Ray.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ BACKENDS = ("loky", "dask", "ray")
 LOKY = BACKENDS[0]
 
 ROUND = 4
-"""Items per worker and round where a backend gives no result before it has all of them."""
+"""Items per worker and round on a backend that returns all results of a call at once."""
 
-LOOK = 1.0
-"""Seconds between a worker's looks at whether its sweep is still there."""
+CHECK = 1.0
+"""Seconds between a worker's checks that its sweep still runs."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -38,7 +37,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Died:
-    """Stands for the result of an item whose process died."""
+    """The result of an item whose process died."""
 
     reason: str
 
@@ -46,16 +45,16 @@ class Died:
 def each_done(
     work: Callable[[Item], Result], items: Sequence[Item], jobs: int = 1, backend: str = LOKY
 ) -> Generator[tuple[Item, Result | Died], None, None]:
-    """Every item with its result as soon as it is there, in any order.
+    """Yield every item with its result as soon as it is available, in any order.
 
-    If a process dies on this machine, the items that may have been its last are run again one by
-    one, each in a process of its own, and the rest goes on.  Clusters repeat lost work themselves.
-    One job on this machine is this process.  What ``work`` raises is raised here.
+    If a process dies on this machine, the items that it may have run last are run again one by
+    one, each in a process of its own, and the others continue.  Clusters repeat lost work
+    themselves.  One job on this machine uses this process.  Exceptions of ``work`` are raised here.
 
     Raises
     ------
     InputError
-        If the backend is not known or not installed, or a cluster gives up.
+        If the backend is unknown or not installed, or a cluster fails.
     """
     check_backend(backend)
     if jobs == 1 and backend == LOKY:
@@ -74,10 +73,10 @@ def each_done(
                 for k in begun:
                     if k in left:
                         del left[k]
-                        yield items[k], _alone(work, items[k])
+                        yield items[k], _run_alone(work, items[k])
             finally:
                 with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", UserWarning)  # of tasks begun in vain
+                    warnings.simplefilter("ignore", UserWarning)  # about abandoned tasks
                     results.close()
 
 
@@ -93,7 +92,7 @@ def _mapped(
     count: int,
     begun: list[int],
 ) -> Generator[tuple[int, Result], None, None]:
-    """Results with their indices; ``begun`` lists what was handed to a worker."""
+    """Yield results with their indices; ``begun`` collects the items handed to a worker."""
     from joblib import Parallel, delayed
     from joblib.parallel import LokyBackend, get_active_backend
 
@@ -104,11 +103,11 @@ def _mapped(
 
     local = isinstance(get_active_backend()[0], LokyBackend)
     every, parent = tuple(which), os.getpid() if local else None
-    # Batches would hold results back that a kill then loses.
+    # Batches would hold back results, which a kill then loses.
     if get_active_backend()[0].supports_return_generator:
         yield from Parallel(count, return_as="generator_unordered", batch_size=1)(tasks(every))
         return
-    with Parallel(count, batch_size=1) as pool:  # Ray's backend answers when all is done
+    with Parallel(count, batch_size=1) as pool:  # Ray's backend returns all results at once
         size = ROUND * count
         for begin in range(0, len(every), size):
             yield from pool(tasks(every[begin : begin + size]))
@@ -118,38 +117,38 @@ def _indexed(
     work: Callable[[Item], Result], k: int, item: Item, parent: int | None
 ) -> tuple[int, Result]:
     if parent is not None:
-        _leave_with(parent)
+        _exit_with(parent)
     return k, work(item)
 
 
 @cache
-def _leave_with(parent: int) -> None:
-    """Let this process end when ``parent`` is gone; it would wait for work for minutes."""
+def _exit_with(parent: int) -> None:
+    """End this process when ``parent`` has ended; otherwise it waits for work for minutes."""
 
     def watch() -> None:
         while os.getppid() == parent:
-            time.sleep(LOOK)
+            time.sleep(CHECK)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _alone(work: Callable[[Item], Result], item: Item) -> Result | Died:
+def _run_alone(work: Callable[[Item], Result], item: Item) -> Result | Died:
     try:
-        # Two jobs, since joblib would run a single one in this process.
+        # Two jobs, since joblib runs a single one in this process.
         ((_, result),) = _mapped(work, [item], [0], 2, [])
     except BrokenProcessPool as error:
         codes = re.search(r"\{.*?\}", str(error))
         how = codes[0].strip("{}") if codes else "no exit code"
         return Died(
-            f"the process that ran it died ({how}): out of memory, killed, or a fault of a back "
-            "end; give it more memory, or fewer jobs, and run failed cells again"
+            f"the process that ran it died ({how}): out of memory, killed, or a faulty back end; "
+            "provide more memory, or use fewer jobs, and run failed cells again"
         )
     return result
 
 
 def _workers(backend: str, jobs: int) -> AbstractContextManager[int]:
-    """Make ``backend`` the one that joblib uses, and yield how many jobs to ask it for."""
+    """Select ``backend`` in joblib, and yield the number of jobs to request from it."""
     return {"loky": _loky, "dask": _dask, "ray": _ray}[backend](jobs)
 
 
@@ -163,8 +162,8 @@ def _loky(jobs: int) -> Iterator[int]:
 
 @contextmanager
 def _dask(jobs: int) -> Iterator[int]:
-    """The scheduler named in Dask's configuration, or a local one."""
-    with _told("dask"):
+    """Use the scheduler named in Dask's configuration, or start a local one."""
+    with _readable_errors("dask"):
         import dask
         from distributed import Client
         from joblib import parallel_config
@@ -178,15 +177,15 @@ def _dask(jobs: int) -> Iterator[int]:
 
 @contextmanager
 def _ray(jobs: int) -> Iterator[int]:
-    """The cluster that RAY_ADDRESS names, or a local one."""
-    with _told("ray"):
+    """Use the cluster that RAY_ADDRESS names, or start a local one."""
+    with _readable_errors("ray"):
         import ray
         from joblib import parallel_config
         from ray.util.joblib import register_ray
 
         address = os.environ.get("RAY_ADDRESS")
         ray.init(
-            address or "local",  # without a word it would take up any cluster that it finds
+            address or "local",  # the default would join any cluster that it finds
             num_cpus=None if address else jobs,
             include_dashboard=False,
             log_to_driver=False,
@@ -201,8 +200,8 @@ def _ray(jobs: int) -> Iterator[int]:
 
 
 @contextmanager
-def _told(backend: str) -> Iterator[None]:
-    """A cluster's failures in a sentence."""
+def _readable_errors(backend: str) -> Iterator[None]:
+    """Raise a cluster's failures as InputError, with a remedy."""
     try:
         yield
     except InputError:
@@ -214,6 +213,6 @@ def _told(backend: str) -> Iterator[None]:
     except Exception as error:
         raise InputError(
             backend,
-            f"the cluster gave up ({type(error).__name__}: {error!s:.300})",
+            f"the cluster failed ({type(error).__name__}: {error!s:.300})",
             f"see its logs, {AGAIN}",
         ) from None

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.studies.markdown import markdown_table, told
+from benchmarks.studies.markdown import markdown_table, study_markdown
 from benchmarks.studies.registry import STUDIES, find_study
 from benchmarks.studies.results import read_rows
 from ppg_env import InputError
@@ -42,7 +42,7 @@ def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch, store, who
     assert all(" ".join(sentence.split()) in printed for sentence in again["words"])
     for table in study.tables(again["rows"]):
         assert table.title in done.out
-    text = told(name, tmp_path / "rows.json", "words")
+    text = study_markdown(name, tmp_path / "rows.json", "words")
     assert text == "\n".join(f"- {sentence}" for sentence in again["words"])
 
 
@@ -70,7 +70,7 @@ def test_every_page_shows_its_results(name):
     page = (DOCS / "studies" / f"{name}.md").read_text()
     for part in ("question", "words", "tables"):
         assert f"```{{study}} {name} {part}" in page
-        assert told(name, DOCS / "studies" / f"{name}.json", part)
+        assert study_markdown(name, DOCS / "studies" / f"{name}.json", part)
     assert re.findall(rf"ppg study {name} .*--results {name}.json", page)
     for picture in re.findall(r"!\[.+?\]\((.+?\.png)\)", page):
         picture_size(DOCS / "studies" / picture)
@@ -86,8 +86,8 @@ def test_markdown_has_a_rule_and_escapes_bars():
 
 def test_what_is_not_there_is_told_in_a_sentence(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
-        told("price", tmp_path / "none.json", "words")
+        study_markdown("price", tmp_path / "none.json", "words")
     with pytest.raises(InputError, match="question or words or tables"):
-        told("price", DOCS / "studies" / "price.json", "verse")
+        study_markdown("price", DOCS / "studies" / "price.json", "verse")
     with pytest.raises(InputError, match="learned or tightness"):
         find_study("magic")

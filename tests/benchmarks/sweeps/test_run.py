@@ -155,7 +155,7 @@ def test_a_worker_to_which_a_file_says_something_else_refuses(tmp_path):
     path.write_text(game_to_toml(make_game("opposing")))
     report = play((pickle.loads(pickle.dumps(cell)), address))
     assert report["status"] == "failed"
-    assert "leave files alone" in report["reason"]
+    assert "do not edit files" in report["reason"]
     assert play((cell, address))["status"] == "feasible"
 
 
