@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.comparison.players import Entrant
+from benchmarks.terminal import outward, probability
 from ppg_env.errors import InputError
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
@@ -64,14 +64,17 @@ class Chance:
     low: float
     high: float
 
+    @property
+    def value(self) -> float:
+        """The probability, as estimates call it."""
+        return self.probability
+
     def __str__(self) -> str:
-        """Never a bare zero: what was not seen shows its upper limit."""
+        """Return the probability with its limits; if nothing was seen, the upper limit."""
         if self.probability == self.high:
-            least = f", >= {_rounded(self.low, ROUND_FLOOR)}" if self.low else ""
+            least = f", >= {outward(self.low, '.2e', up=False)}" if self.low else ""
             return f"<= {at_most(self.high)}{least}"
-        if self.probability == 0:
-            return f"< {self.high:.1e}"
-        return f"{self.probability:.2e} [{self.low:.1e}, {self.high:.1e}]"
+        return probability(self)
 
 
 @dataclass(frozen=True)
@@ -106,8 +109,7 @@ def bound(query: RiskQuery) -> RiskReport:
         for one in everybody
     ]
     return RiskReport(
-        "The paper's bound, which caps margins, and how many times the tightest bound it is. "
-        "Tighter ones: without the cap; exact for each instant; less what successive times share.",
+        "Upper bounds, the paper's first; ratio: to the tightest bound; see ppg explain risk.",
         tuple(chances[:-1]),
         chances[-1],
         details=_details(query.game, found),
@@ -124,8 +126,7 @@ def exact(query: RiskQuery) -> RiskReport:
     everybody = range(len(query.game.agents))
     chosen = [[i in agents for agents in members] for i in everybody] + [[True] * len(members)]
     return RiskReport(
-        "Exact for each instant; over time certified to be at most this (the tightest bound), and "
-        "at least the likeliest instant.",
+        "Exact for each instant; over time an upper and a lower bound; see ppg explain risk.",
         tuple(chances[:-1]),
         chances[-1],
         details=_details(query.game, found),
@@ -146,12 +147,8 @@ def _bounds(query: RiskQuery) -> RiskBounds:
 
 
 def at_most(bound: float) -> str:
-    """A bound in three digits, rounded up: rounded down it would be none."""
-    return _rounded(bound, ROUND_CEILING)
-
-
-def _rounded(value: float, way: str) -> str:
-    return f"{float(Context(prec=3, rounding=way).create_decimal(value)):.2e}"
+    """Return a bound in three digits, rounded up, so that it stays a bound."""
+    return outward(bound, ".2e", up=True)
 
 
 def _times(one: Bounds, name: str) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
 from benchmarks.comparison.players import RECEDING
 from benchmarks.crash_risk.analytic import Chance, RiskQuery, RiskReport, parties
+from benchmarks.terminal import interval
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Encounter, Game
@@ -20,7 +21,7 @@ from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
 if TYPE_CHECKING:
     from ppg_env.risk.monte_carlo import CrashCounts, PairedCounts
-    from ppg_env.support.statistics import Estimate, Interval, RareEstimate, RareRisk
+    from ppg_env.support.statistics import Estimate, RareEstimate, RareRisk
 
 PLAIN = 1_000_000
 """Episodes that are counted unless told otherwise."""
@@ -92,7 +93,7 @@ def rare(query: RiskQuery) -> RiskReport:
         details["between"] = _rare_report(game, found.between)
     doubts = sorted({one.advice for one in everybody if not one.trusted})
     if doubts:
-        promise = f"not to be trusted: {'; '.join(doubts)}. {promise}"
+        promise = f"not to be trusted: {'; '.join(doubts)}.\n{promise}"
     return _answer(promise, found.agents, found.any, found.samples, details, columns)
 
 
@@ -153,7 +154,7 @@ def _difference(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     }
     columns = {
         "against": [str(_chance(one)) for one in (*others, other)],
-        "difference": [_signed(one) for one in differences],
+        "difference": [interval(one, "+.1e", "+.1e") for one in differences],
     }
     samples = pair.first.samples
     promise = f"the same {samples:,} episodes on schedule for both; difference: against less this"
@@ -171,7 +172,7 @@ def _answer(
     """95 % intervals, with more columns, a cell for each agent and one for anybody."""
     columns = columns or {}
     return RiskReport(
-        f"{promise[0].upper()}{promise[1:]}. 95 % intervals.",
+        f"{promise[0].upper()}{promise[1:]}; 95 % intervals; see ppg explain risk.",
         tuple(map(_chance, agents)),
         _chance(anybody),
         samples,
@@ -187,10 +188,6 @@ def _chance(estimate: Estimate | RareEstimate) -> Chance:
 
 def _report(estimate: Estimate) -> dict[str, float]:
     return vars(_chance(estimate)) | {"hits": estimate.hits}
-
-
-def _signed(found: Interval) -> str:
-    return f"{found.value:+.1e} [{found.low:+.1e}, {found.high:+.1e}]"
 
 
 def _whom(game: Game, counts: CrashCounts) -> list[str]:
