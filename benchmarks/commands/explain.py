@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -88,7 +88,7 @@ def explain(
     print_table("Players", ("player", "needs", "sees", "accepts"), rows, texts=4)
 
 
-def _players() -> list[dict[str, object]]:
+def _players() -> list[dict[str, Any]]:
     from benchmarks.comparison.players import PLAYERS
 
     names = ("name", "arena", "information", "accepts")
