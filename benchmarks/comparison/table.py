@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.comparison.compare import Played, PlayerResult
 from benchmarks.comparison.report import game_name
+from benchmarks.comparison.results import Played, PlayerResult
 from benchmarks.terminal import outward, print_table, probability, times
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Interval

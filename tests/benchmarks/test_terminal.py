@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.commands.explain import TOPICS
-from benchmarks.crash_risk.analytic import Chance
+from benchmarks.crash_risk.query import Chance
 from benchmarks.terminal import interval, outward, probability
 from ppg_env.support.statistics import Interval
 
