@@ -1,8 +1,8 @@
-"""Players judged over episodes and over training runs.
+"""Evaluate players over episodes and over training runs.
 
-Every run plays a group of episodes of its own, so the means of the runs are independent draws of
-"train with a fresh seed, then play": their Student interval covers both kinds of chance.  Groups
-have the same noise for all players, so that players can be compared pair by pair.
+Every run plays its own group of episodes, so the means of the runs are independent draws of "train
+with a fresh seed, then play": their Student interval covers both sources of randomness.  Groups
+have the same noise for all players, so that players can be compared in pairs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ OF_A_LEVEL = 40_000
 
 @dataclass(frozen=True)
 class RunStatistics:
-    """What R runs did in their groups of episodes.
+    """Statistics of R runs, each in its group of episodes.
 
     Attributes
     ----------
@@ -49,13 +49,21 @@ class RunStatistics:
 
     @property
     def crashes(self) -> np.ndarray:
-        """(R,) share of each run's episodes in which anybody crashed."""
+        """(R,) share of each run's episodes in which any agent crashed."""
         return np.array([group.crashed.any(axis=1).mean() for group in self.groups])
 
     @property
     def successes(self) -> np.ndarray:
         """(R,) share of each run's agents that arrived."""
         return np.array([group.arrived.mean() for group in self.groups])
+
+    def over_runs(self) -> dict[str, Interval]:
+        """Return the means of cost, crashes and successes with their intervals over runs."""
+        return {
+            "expected_cost": over_runs(self.costs, 0.0),
+            "crash_probability": over_runs(self.crashes, 0.0, 1.0),
+            "success": over_runs(self.successes, 0.0, 1.0),
+        }
 
 
 def evaluate_runs(
@@ -67,9 +75,9 @@ def evaluate_runs(
     groups: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> RunStatistics:
-    """Let the runs play ``episodes`` altogether, in ``groups`` (one per run unless given).
+    """Simulate ``episodes`` in total, in ``groups`` (by default one per run).
 
-    A single run plays all groups; with more, there must be one group for each.
+    A single run plays all groups; several runs need one group each.
     """
     count = len(runs) if groups is None else groups
     require(len(runs) in (1, count), "runs", f"are {len(runs)}", f"give one or {count}")
@@ -91,12 +99,12 @@ def evaluate_rare_runs(
     repetitions: int = 20,
     progress: Callable[[int], None] | None = None,
 ) -> RareRisk:
-    """Crash probabilities of the runs, averaged, by splitting.
+    """Estimate the crash probabilities by splitting, averaged over the runs.
 
-    ``episodes`` are those of each level, shared out among the runs and their ``repetitions``.
+    ``episodes`` of each level are divided among the runs and their ``repetitions``.
     """
     states = max(episodes // (len(runs) * repetitions), 1)
-    found = [
+    risks = [
         split_risk(game, players, states, seed + r, repetitions=repetitions, progress=progress)
         for r, players in enumerate(runs)
     ]
@@ -105,17 +113,17 @@ def evaluate_rare_runs(
         return [averaged(part, CONFIDENCE) for part in parts]
 
     return RareRisk(
-        mean(zip(*(one.agents for one in found), strict=True)),
-        mean(zip(*(one.encounters for one in found), strict=True)),
-        averaged([one.any for one in found], CONFIDENCE),
-        sum(one.samples for one in found),
+        mean(zip(*(risk.agents for risk in risks), strict=True)),
+        mean(zip(*(risk.encounters for risk in risks), strict=True)),
+        averaged([risk.any for risk in risks], CONFIDENCE),
+        sum(risk.samples for risk in risks),
     )
 
 
 def over_runs(values: np.ndarray, low: float = -np.inf, high: float = np.inf) -> Interval:
-    """Mean of independent runs with its Student interval, cut off at what is possible.
+    """Return the mean of independent runs with its Student interval, clipped to [low, high].
 
-    A single run says nothing about others: its interval is nan.
+    The interval of a single run is nan.
     """
     from scipy.stats import t
 

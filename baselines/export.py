@@ -1,4 +1,4 @@
-"""From a stable-baselines3 model to plain arrays."""
+"""Export a stable-baselines3 model to plain arrays."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ ACTIVATIONS = {nn.Tanh: "tanh", nn.ReLU: "relu"}
 
 
 def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
-    """The policy of a PPO, A2C or SAC model with ``MlpPolicy``, without its exploration.
+    """Return the policy of a PPO, A2C or SAC model with ``MlpPolicy``, without exploration.
 
-    ``conditioned`` says that lam is the last input, as in a
+    ``conditioned`` states that lam is the last input, as in a
     :class:`~baselines.vec_env.GameVecEnv` with ``weights``.
 
     Raises
     ------
     InputError
-        If observations are normalised by a wrapper, or the network is not a plain one.
+        If a wrapper normalises observations, or the network is not fully connected.
     """
     normalised = model.get_vec_normalize_env()
     require(
@@ -50,14 +50,14 @@ def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
 
 
 def actor_layers(model: Any) -> list[nn.Module]:
-    """The layers from observation to mean action; SAC's ends before its tanh."""
+    """Return the layers from observation to mean action; those of SAC end before its tanh."""
     if hasattr(model, "actor"):
         return [*model.actor.latent_pi, model.actor.mu]
     return [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
 
 
 def mean_action(model: Any, seen: torch.Tensor) -> torch.Tensor:
-    """The mean action of inputs (C, W), before clipping or tanh."""
+    """Return the mean action of inputs (C, W), before clipping or tanh."""
     for layer in actor_layers(model):
         seen = layer(seen)
     return seen

@@ -1,12 +1,12 @@
-r"""A trained policy as plain arrays, and the player it makes; needs NumPy alone.
+r"""A trained policy as plain arrays, and its player; needs NumPy alone.
 
 x = observation, and lam if the policy is conditioned on it
 x <- activation(W x + b)         hidden layers
 a = clip(W x + b, -1, 1), or tanh of it
 u = middle + half * a            the box around all of the agent's control sets
 
-Where the control set changes over time the box stays the same, and the environment projects u on
-the set that holds.
+If the control set changes over time the box stays the same, and the environment projects u on the
+current set.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Policy(Record):
             for layer in layers:
                 layer.setflags(write=False)
                 require(
-                    bool(np.isfinite(layer).all()), name, "are not finite", "train the policy anew"
+                    bool(np.isfinite(layer).all()), name, "are not finite", "train the policy again"
                 )
             object.__setattr__(self, name, layers)
         width = self.inputs if self.weights and self.weights[0].ndim == 2 else 0
@@ -80,7 +80,7 @@ class Policy(Record):
         return self.biases[-1].size
 
     def __call__(self, seen: np.ndarray) -> np.ndarray:
-        """Actions (C, m) in [-1, 1] for inputs (C, W) float32."""
+        """Return actions (C, m) in [-1, 1] for inputs (C, W) float32."""
         activate, x = ACTIVATIONS[self.activation], seen
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = activate(x @ weight.T + bias)
@@ -89,7 +89,7 @@ class Policy(Record):
 
 
 Team = tuple[Policy | None, ...]
-"""One policy per agent, None for straight flight; a single one is shared by everybody."""
+"""One policy per agent, None for the straight plan; all agents share a single one."""
 
 
 class LearnedPlayer:
@@ -108,25 +108,25 @@ class LearnedPlayer:
             "policy",
             f"has {policy.inputs} inputs and {policy.outputs} outputs where agent {agent} of this "
             f"game has {seen} and {self._size}",
-            "play it in a game of the size that it was trained in",
+            "play it in a game of the size it was trained in",
         )
         low, high = bounds(mover.control)
         self._middle, self._half = (high + low) / 2, (high - low) / 2
 
     def act(self, view: View) -> np.ndarray:
-        """Actions (C, m) of the mean policy; zero where the agent is out of traffic."""
-        there = np.flatnonzero(view.in_traffic[:, self._agent])  # nobody else's action counts
-        seen = view.observation[there]
+        """Return actions (C, m) of the mean policy; zero where the agent is out of traffic."""
+        active = np.flatnonzero(view.in_traffic[:, self._agent])  # other actions are ignored
+        seen = view.observation[active]
         if self.policy.conditioned:
-            lam = view.lam[there, self._agent, None].astype(np.float32)
+            lam = view.lam[active, self._agent, None].astype(np.float32)
             seen = np.concatenate([seen, lam], axis=1)
         action = np.zeros((len(view.observation), self._size))
-        action[there] = self._middle + self._half * self.policy(seen)[:, : self._size]
+        action[active] = self._middle + self._half * self.policy(seen)[:, : self._size]
         return action
 
 
 def team_players(game: Game, team: Team) -> Sequence[Player]:
-    """The players of a team, one per agent of ``game``.
+    """Return the players of a team, one per agent of ``game``.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def team_players(game: Game, team: Team) -> Sequence[Player]:
         len(team) in (1, count),
         "policy",
         f"is for {len(team)} agents, and the game has {count}",
-        "play it in a game of the size that it was trained in",
+        "play it in a game of the size it was trained in",
     )
     each = team * count if len(team) == 1 else team
     return [

@@ -1,4 +1,4 @@
-"""Files of learned players: NumPy arrays and a JSON text, nothing that could execute.
+"""Files of learned players: NumPy arrays and a JSON text, without code.
 
 A file holds the runs of one training, one run per seed, each a team of policies:
 
@@ -31,7 +31,7 @@ VERSION = 1
 REMEDY = "give a file that ppg train wrote"
 
 PHYSICS = ("start", "goal", "shape", "control", "noise", "A", "B", "sigma0")
-"""What of an agent a policy was trained for; its gain is the planners', its lam may be an input."""
+"""Fields of an agent that a policy depends on; gains are the planners', lam may be an input."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Learned:
     Attributes
     ----------
     runs : one team per training seed.
-    about : what they were trained for and how; plain JSON values.
+    about : the game, the method and its figures; plain JSON values.
     """
 
     runs: tuple[Team, ...]
@@ -49,30 +49,30 @@ class Learned:
 
     @property
     def name(self) -> str:
-        """What they are called, such as ``ppo-selfish``."""
+        """Name of the players, such as ``ppo-selfish``."""
         return str(self.about["player"])
 
     def players(self, game: Game, run: int = 0) -> list[Player]:
-        """One player per agent, from the training with the ``run``-th seed."""
+        """Return one player per agent, from the training with the ``run``-th seed."""
         return list(team_players(game, self.runs[run]))
 
     def fits(self, game: Game) -> bool:
-        """Whether they were trained for this game, whatever its gains, objective and lam."""
+        """Return whether they were trained for this game; gains and objective are ignored."""
         trained = game_from_tables(self.about["game"], "game")
         same = (
             len(trained.agents) == len(game.agents)
             and trained.obstacles == game.obstacles
             and trained.horizon == game.horizon
             and trained.crash_cost == game.crash_cost
-            # Where lam is an input it was everybody's.
+            # Where lam is an input it was the same for all agents.
             and (self.about["lam"] is None or len({agent.lam for agent in game.agents}) == 1)
         )
         return same and all(
-            _same(ours, theirs) and self._knows(theirs.lam, ours.lam)
+            _same(ours, theirs) and self._covers(theirs.lam, ours.lam)
             for ours, theirs in zip(trained.agents, game.agents, strict=True)
         )
 
-    def _knows(self, lam: float, trained: float) -> bool:
+    def _covers(self, lam: float, trained: float) -> bool:
         if self.about["lam"] is None:
             return lam == trained
         low, high = self.about["lam"]
@@ -89,29 +89,29 @@ def _same(ours: Agent, theirs: Agent) -> bool:
 def write_learned(path: str | Path, learned: Learned) -> Path:
     """Save ``learned`` as an .npz file."""
     arrays: dict[str, Any] = {}
-    layers = []
     for r, team in enumerate(learned.runs):
-        kinds: list[Any] = []
         for i, policy in enumerate(team):
-            if policy is None:
-                kinds.append(None)
-                continue
-            for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
-                arrays[f"run{r}_agent{i}_weight{k}"] = weight
-                arrays[f"run{r}_agent{i}_bias{k}"] = bias
-            kinds.append(
-                {
-                    "layers": len(policy.weights),
-                    "activation": policy.activation,
-                    "squash": policy.squash,
-                    "conditioned": policy.conditioned,
-                }
-            )
-        layers.append(kinds)
+            if policy is not None:
+                for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+                    arrays[f"run{r}_agent{i}_weight{k}"] = weight
+                    arrays[f"run{r}_agent{i}_bias{k}"] = bias
+    layers = [[_layers(policy) for policy in team] for team in learned.runs]
     about = {"format": FORMAT, "version": VERSION, **learned.about, "runs": layers}
     content = io.BytesIO()
     np.savez(content, about=np.array(to_json(about)), **arrays)
     return write_atomically(path, content.getvalue())
+
+
+def _layers(policy: Policy | None) -> dict[str, Any] | None:
+    """Return what is written of a policy besides its arrays."""
+    if policy is None:
+        return None
+    return {
+        "layers": len(policy.weights),
+        "activation": policy.activation,
+        "squash": policy.squash,
+        "conditioned": policy.conditioned,
+    }
 
 
 def read_learned(path: str | Path) -> Learned:
@@ -120,30 +120,11 @@ def read_learned(path: str | Path) -> Learned:
     Raises
     ------
     InputError
-        If the file is missing, is not one that :func:`write_learned` wrote, or is damaged.
+        If the file is missing, was not written by :func:`write_learned`, or is damaged.
     """
     source = str(path)
     try:
-        data = io.BytesIO(Path(path).read_bytes())
-        with np.load(data, allow_pickle=False) as arrays:
-            about = json.loads(str(arrays["about"]))
-            require(
-                isinstance(about, dict) and about.get("format") == FORMAT,
-                source,
-                "is not a file of learned players",
-                REMEDY,
-            )
-            require(
-                about.get("version") == VERSION,
-                source,
-                f"has version {about.get('version')!r}",
-                f"train anew with this release, which reads version {VERSION}",
-            )
-            with placed(source, ": "):
-                runs = tuple(
-                    tuple(_policy(arrays, r, i, kind) for i, kind in enumerate(kinds))
-                    for r, kinds in enumerate(about.pop("runs"))
-                )
+        learned = _read(source, Path(path).read_bytes())
     except FileNotFoundError:
         raise InputError(source, "does not exist", "check the path") from None
     except InputError:
@@ -152,27 +133,48 @@ def read_learned(path: str | Path) -> Learned:
         raise InputError(source, f"cannot be read ({type(error).__name__})", REMEDY) from None
     except zipfile.BadZipFile:
         raise InputError(source, "cannot be read (no archive)", REMEDY) from None
+    about, runs = learned.about, learned.runs
     lam = about.get("lam")
-    known = (
+    complete = (
         bool(runs)
         and all(runs)
         and isinstance(about.get("player"), str)
         and isinstance(about.get("game"), dict)
         and (lam is None or (isinstance(lam, list) and len(lam) == 2))
     )
-    require(known, source, "does not say what was trained", REMEDY)
+    require(complete, source, "does not say what was trained", REMEDY)
+    return learned
+
+
+def _read(source: str, content: bytes) -> Learned:
+    """Return the players in the ``content`` of a file; errors of all kinds pass through."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        about = json.loads(str(arrays["about"]))
+        known = isinstance(about, dict) and about.get("format") == FORMAT
+        require(known, source, "is not a file of learned players", REMEDY)
+        require(
+            about.get("version") == VERSION,
+            source,
+            f"has version {about.get('version')!r}",
+            f"train again with this release, which reads version {VERSION}",
+        )
+        with placed(source, ": "):
+            runs = tuple(
+                tuple(_policy(arrays, r, i, layers) for i, layers in enumerate(team))
+                for r, team in enumerate(about.pop("runs"))
+            )
     return Learned(runs, about)
 
 
-def _policy(arrays: Any, run: int, agent: int, kind: dict[str, Any] | None) -> Policy | None:
-    if kind is None:
+def _policy(arrays: Any, run: int, agent: int, layers: dict[str, Any] | None) -> Policy | None:
+    if layers is None:
         return None
     name = f"run{run}_agent{agent}"
-    layers = range(int(kind["layers"]))
+    count = range(int(layers["layers"]))
     return Policy(
-        tuple(arrays[f"{name}_weight{k}"] for k in layers),
-        tuple(arrays[f"{name}_bias{k}"] for k in layers),
-        kind["activation"],
-        bool(kind["squash"]),
-        bool(kind["conditioned"]),
+        tuple(arrays[f"{name}_weight{k}"] for k in count),
+        tuple(arrays[f"{name}_bias{k}"] for k in count),
+        layers["activation"],
+        bool(layers["squash"]),
+        bool(layers["conditioned"]),
     )

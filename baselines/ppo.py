@@ -1,4 +1,4 @@
-"""Proximal policy optimisation with the settings that all methods here share."""
+"""Proximal policy optimisation with the settings of all PPO methods here."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from baselines.vec_env import GameVecEnv
 from ppg_env.env.rules import Rules
 
 COPIES = 256
-ROLLOUT = 16  # steps of each copy between two updates: somewhat more than an episode
+ROLLOUT = 16  # steps of each copy between two updates: longer than an episode
 BATCH, EPOCHS, RATE = 2048, 5, 2e-3  # large batches: small ones leave the cores idle
-LOG_STD = -1.0  # exploration of 0.37 of the largest control: more, and everybody crashes at first
+LOG_STD = -1.0  # exploration of 0.37 of the largest control: with more, all agents crash at first
 
 GAMMA = 1.0
 """Episodes are finite, and costs are not discounted."""
 
 GAE_LAMBDA = 0.9
-"""Less than the usual 0.95: crashes are rare and dear, and their noise reaches back less far."""
+"""Less than the usual 0.95: crashes are rare and costly, and their noise reaches back less far."""
 
 
 @one_thread()
 def make_learner(
     args: Args, learners: Sequence[int] | None = None, *, copies: int = COPIES
 ) -> Learner:
-    """A PPO with stable-baselines3's default network, in an environment of its own."""
+    """Create a PPO with stable-baselines3's default network, in its own environment."""
     env = GameVecEnv(
         args.game,
         Rules(sharing=args.sharing),
@@ -58,17 +58,17 @@ def make_learner(
 
 
 def policy_of(args: Args, learner: Learner) -> Policy:
-    """The learner's policy as arrays."""
+    """Return the learner's policy as arrays."""
     return export_policy(learner.model, conditioned=args.lam is not None)
 
 
 def player_of(args: Args, learner: Learner, agent: int) -> LearnedPlayer:
-    """The learner's policy as it is now, as a player of ``agent``."""
+    """Return the learner's current policy as a player of ``agent``."""
     return LearnedPlayer(args.game, agent, policy_of(args, learner))
 
 
 def copy_policy(policy: Policy, learner: Learner) -> bool:
-    """Let the learner start from ``policy``; False, and nothing done, if its network differs."""
+    """Copy ``policy`` to the learner; return False, without a change, if its network differs."""
     layers = [layer for layer in actor_layers(learner.model) if isinstance(layer, nn.Linear)]
     shapes = [tuple(layer.weight.shape) for layer in layers]
     if policy.activation != "tanh" or shapes != [weight.shape for weight in policy.weights]:

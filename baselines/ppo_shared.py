@@ -1,7 +1,7 @@
-"""PPO with one policy for everybody: a learned equilibrium, or a learned optimum.
+"""PPO with one policy for all agents: a learned equilibrium, or a learned optimum.
 
-With ``sharing="selfish"`` every agent is paid its own cost, with ``"social"`` everybody is paid
-the sum of all.  The agents are told apart by what they see, so they need not behave alike.
+With ``sharing="selfish"`` the reward of an agent is minus its own cost, with ``"social"`` minus the
+sum of all costs.  Observations differ between agents, so their behaviour can differ too.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from baselines.warm_start import imitate_go_to_goal
 
 
 def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
-    """Train one policy that all agents share."""
+    """Train one policy for all agents."""
     learner = make_learner(args)
     rollouts = -(-args.steps // learner.rollout)
     take_turns(

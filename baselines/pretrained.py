@@ -1,4 +1,4 @@
-"""Pretrained players that come with the package; :func:`find_pretrained` picks those of a game.
+"""Pretrained players in the package; :func:`find_pretrained` finds those of a game.
 
 One file per scenario, speed set and sharing, ``<scenario>-<speed>-<player>.npz``; the command
 that made each is in its metadata.  ``ppg_env`` and NumPy are enough to play them.
@@ -19,22 +19,22 @@ PLAYERS = ("ppo-selfish", "ppo-social")
 
 
 def available() -> list[Path]:
-    """Every pretrained file."""
+    """Return every pretrained file."""
     return sorted(FOLDER.glob("*.npz"))
 
 
 def find_pretrained(player: str, game: Game) -> Learned:
-    """The pretrained ``player`` of ``game``; raises as :func:`pretrained_file` does."""
+    """Return the pretrained ``player`` of ``game``; raises as :func:`pretrained_file` does."""
     return _read(pretrained_file(player, game))
 
 
 def pretrained_file(player: str, game: Game) -> Path:
-    """The file of the pretrained ``player`` of ``game``.
+    """Return the file of the pretrained ``player`` of ``game``.
 
     Raises
     ------
     InputError
-        If nobody was trained for this game.
+        If no such player was trained for this game.
     """
     for path in available():
         if path.stem.endswith(f"-{player}") and _read(path).fits(game):

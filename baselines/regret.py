@@ -1,15 +1,15 @@
-r"""How far from equilibrium is a player?  A lower bound on its regret, by deviations that work.
+r"""Lower bounds on the regret of players, by deviations that gain.
 
     regret_i >= E[cost of i] - E[cost of i when it deviates]        for any deviation of i
 
-Two deviations are tried for each agent, the others' players as they are:
+Two deviations are evaluated for each agent, with the others' players unchanged:
 
     trained    PPO against the frozen others, from the player's own policy if it has one
     planned    the planner's best response to the others' mean behaviour, tracked
 
-The better one is chosen on one group of episodes and judged on another, with the same noise for
-both sides, so that its interval is honest.  Not to deviate gains nothing, so a bound is never
-negative.  It is a *lower* bound: an agent may have a better deviation that nobody has found.
+The better one is chosen on one group of episodes and evaluated on another, so that its interval is
+unbiased; both sides have the same noise.  No deviation gains zero, so a bound is never negative.
+It is a *lower* bound: a better deviation may exist.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from solvers.budget import Budget
 from solvers.equilibrium.best_response import respond
 from solvers.liability import make_rule
 
-SELECTION, JUDGEMENT = 0, 1
-"""Groups of episodes: in which the deviation is chosen, and in which it is judged."""
+SELECTION, EVALUATION = 0, 1
+"""Groups of episodes: in which the deviation is chosen, and in which it is evaluated."""
 
 MEAN_EPISODES = 2000
 """Episodes over which the others' behaviour is averaged for the planner."""
@@ -47,9 +47,9 @@ class RegretBound:
 
     Attributes
     ----------
-    regret : the gain of the best deviation, cut off at zero, with its interval.
-    deviation : which one that was: ``trained``, ``planned`` or ``none``.
-    gains : gain of each deviation that was tried, in the same episodes; may be negative.
+    regret : the gain of the better deviation, clipped at zero, with its interval.
+    deviation : the better one: ``trained``, ``planned`` or ``none``.
+    gains : gain of each deviation, in the same episodes; may be negative.
     """
 
     regret: Interval
@@ -68,24 +68,23 @@ def regret_bounds(
     solver: str = "ENGINE",
     time_limit: float | None = 60.0,
 ) -> dict[int, RegretBound]:
-    """Lower bounds on the regret of ``agents`` (all unless given) when ``players`` play ``game``.
+    """Bound the regret of ``agents`` (all by default) from below when ``players`` play ``game``.
 
     Parameters
     ----------
     steps
-        Environment steps to train each deviation, 0 to do without.  It starts to learn from the
-        agent's own policy, if that is a learned one.
+        Environment steps to train each deviation; 0 trains none.  Training starts from the
+        agent's own policy, if it is learned.
     episodes
-        Episodes to choose a deviation in, and again to evaluate it in.
+        Episodes to choose a deviation, and as many to evaluate it.
     solver, time_limit
         Of the planner, see :func:`solvers.best_response`.
     """
-    everybody = range(len(game.agents))
     require(steps >= 0, "steps", f"is {steps}", "give a number of steps, zero or more")
     mean = _mean_behaviour(game, players, seed)
-    now = [arena.evaluate(game, players, episodes, seed, group=g) for g in (SELECTION, JUDGEMENT)]
-    found = {}
-    for i in everybody if agents is None else agents:
+    now = [arena.evaluate(game, players, episodes, seed, group=g) for g in (SELECTION, EVALUATION)]
+    bounds = {}
+    for i in range(len(game.agents)) if agents is None else agents:
         deviations = {}
         if steps:
             deviations["trained"] = _trained(game, i, players, steps, seed)
@@ -97,24 +96,25 @@ def regret_bounds(
             others = [deviation if j == i else player for j, player in enumerate(players)]
             gains[name] = [
                 before.cost[:, i] - arena.evaluate(game, others, episodes, seed, group=g).cost[:, i]
-                for g, before in zip((SELECTION, JUDGEMENT), now, strict=True)
+                for g, before in zip((SELECTION, EVALUATION), now, strict=True)
             ]
-        found[i] = _chosen(gains)
-    return found
+        bounds[i] = _chosen(gains)
+    return bounds
 
 
 def _chosen(gains: dict[str, list[np.ndarray]]) -> RegretBound:
-    judged = {name: mean_interval(both[JUDGEMENT]) for name, both in gains.items()}
+    """Choose the deviation with the larger gain in the selection group."""
+    evaluated = {name: mean_interval(both[EVALUATION]) for name, both in gains.items()}
     best = max(gains, key=lambda name: float(gains[name][SELECTION].mean()), default="none")
     if best == "none" or gains[best][SELECTION].mean() <= 0:
-        return RegretBound(Interval(0.0, 0.0, 0.0), "none", judged)
-    gain = judged[best]
+        return RegretBound(Interval(0.0, 0.0, 0.0), "none", evaluated)
+    gain = evaluated[best]
     regret = Interval(*(max(limit, 0.0) for limit in (gain.value, gain.low, gain.high)))
-    return RegretBound(regret, best, judged)
+    return RegretBound(regret, best, evaluated)
 
 
 def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed: int) -> Player:
-    """PPO for one agent against the others as they are."""
+    """Train PPO for one agent against the unchanged others."""
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
     from baselines.training_loop import Args, Turn, take_turns
     from baselines.warm_start import imitate_go_to_goal
@@ -137,15 +137,15 @@ def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed
 def _planned(
     game: Game, agent: int, mean: tuple[Plan, ...], solver: str, time_limit: float | None
 ) -> Player | None:
-    """The best response to the others' mean paths, in the money of the environment."""
+    """Plan the best response to the others' mean paths, at the environment's costs."""
     priced = override_game(game, objective="risk")
     found = respond(make_rule(priced, "selfish"), agent, mean, solver, Budget(time_limit))
     return None if found.profile is None else Tracker(game, agent, found.profile[agent])
 
 
 def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[Plan, ...]:
-    """Everybody's mean path while in traffic, as plans that leave at the mean time of leaving."""
-    # Crashed agents go on: who deviates wants to know where the others would have gone.
+    """Return all agents' mean paths while in traffic, as plans that end at the mean arrival."""
+    # Crashed agents continue: the deviating agent needs the paths the others intended.
     going_on = Rules(on_crash="continue")
     states = trajectories(game, players, MEAN_EPISODES, seed, group=SELECTION, rules=going_on)
     plans = []

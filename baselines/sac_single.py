@@ -1,7 +1,6 @@
-"""Soft actor-critic for one agent, against the others flying straight.
+"""Soft actor-critic for one agent, against others on their straight plans.
 
-The one-learner view with a method that learns from old experience too: it needs a tenth of PPO's
-steps, and takes longer for each.
+The method is off-policy: it needs a tenth of the steps of PPO, and more time for each.
 """
 
 from __future__ import annotations
@@ -20,15 +19,15 @@ BUFFER, BATCH, RATE = 200_000, 512, 1e-3
 UPDATES = 8  # for the 32 steps that a step of all copies brings
 
 ENTROPY = 0.003
-"""Fixed weight of entropy: rewards are of order one, and the best action hardly matters less."""
+"""Fixed weight of entropy, small because rewards are of order one."""
 
 ROLLOUT = 100
-"""Steps of all copies that count as one rollout, between which checkpoints may be written."""
+"""Steps of all copies in one rollout; checkpoints are written between rollouts."""
 
 
 @one_thread()
 def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int = 0) -> Team:
-    """Train the policy of one agent, the ``learner``; everybody else flies straight."""
+    """Train the policy of one agent, the ``learner``; all others follow their straight plans."""
     count = len(args.game.agents)
     require(0 <= learner < count, "learner", f"is {learner} of {count}", "count agents from 0")
     env = GameVecEnv(

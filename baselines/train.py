@@ -1,4 +1,4 @@
-"""Train players by name of method, over several seeds, into one :class:`Learned`."""
+"""Train players by method name over several seeds, and collect them in one :class:`Learned`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from baselines.evaluate_runs import evaluate_runs, over_runs
+from baselines.evaluate_runs import evaluate_runs
 from baselines.policy import Team
 from baselines.policy_file import Learned
 from ppg_env.errors import InputError, require
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Method:
-    """A way to train: prefix of its players' names, its function, and how many steps are enough."""
+    """A training method: prefix of its players' names, its function, and sufficient steps."""
 
     prefix: str
     module: str
@@ -45,7 +45,7 @@ METHODS = {
 
 FIGURE_LAMS = (0.2, 0.5, 0.8)
 FIGURE_EPISODES = 50_000
-"""What a trained player's file says of it: costs and crashes at these lam, so many episodes."""
+"""Figures in a trained player's file: costs and crashes at these lam, from so many episodes."""
 
 PACKAGES = ("path-planning-games", "stable-baselines3", "torch", "numpy", "gymnasium")
 
@@ -63,18 +63,18 @@ def train_players(
     tensorboard: Path | None = None,
     progress: Progress = lambda _steps: None,
 ) -> Learned:
-    """Train one run per seed, and measure what they do.
+    """Train one run per seed, and evaluate the runs.
 
     Parameters
     ----------
     game, sharing, lam, steps, tensorboard
-        See :class:`baselines.training_loop.Args`; what is enough for the method unless given.
+        See :class:`baselines.training_loop.Args`; ``steps`` defaults to those of the method.
     method
         A name of :data:`METHODS`.
     jobs
         Processes; results do not depend on them.
     folder
-        Where checkpoints are kept, ``seed-<s>.pt``; a training that was killed goes on from there.
+        Folder of checkpoints, ``seed-<s>.pt``; a training that was killed continues from them.
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
@@ -86,46 +86,48 @@ def train_players(
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
-    for needed in (tensorboard, folder):  # the second is ours, and comes last
+    for needed in (tensorboard, folder):  # the second is temporary, and comes last
         if needed is not None:
             _make_folder(needed)
-    with _progress_of(jobs, progress) as (run, tell):
-        runs = tuple(run(partial(_train, method, tell), each))
-    about: dict[str, Any] = {
-        "player": f"{METHODS[method].prefix}-{sharing}",
-        "method": method,
-        "sharing": sharing,
-        "reward": "risk",
-        "lam": None if lam is None else list(lam),
-        "seeds": list(seeds),
-        "steps": steps,
-        "versions": {name: _version(name) for name in PACKAGES},
-        "game": game_to_tables(game),
-    }
-    learned = Learned(runs, about)
-    about["figures"] = figures(game, learned)
+    with _progress_of(jobs, progress) as (run, on_progress):
+        runs = tuple(run(partial(_train, method, on_progress), each))
+    learned = Learned(runs, _about(method, args, seeds))
+    learned.about["figures"] = figures(game, learned)
     return learned
 
 
+def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
+    """Return what a file says of its training."""
+    return {
+        "player": f"{METHODS[method].prefix}-{args.sharing}",
+        "method": method,
+        "sharing": args.sharing,
+        "reward": "risk",
+        "lam": None if args.lam is None else list(args.lam),
+        "seeds": list(seeds),
+        "steps": args.steps,
+        "versions": {name: _version(name) for name in PACKAGES},
+        "game": game_to_tables(args.game),
+    }
+
+
 def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> list[dict[str, Any]]:
-    """Cost, crashes and arrivals at each lam of :data:`FIGURE_LAMS` that the policy knows."""
+    """Return cost, crashes and arrivals at each lam of :data:`FIGURE_LAMS` in the trained range."""
     low, high = learned.about["lam"] or (1.0, 0.0)
     lams: list[float | None] = [lam for lam in FIGURE_LAMS if low <= lam <= high]
     rows = []
     for lam in lams or [None]:
         played = game if lam is None else override_game(game, lam=lam)
         runs = [learned.players(played, r) for r in range(len(learned.runs))]
-        judged = evaluate_runs(played, runs, episodes * len(runs), seed=0)
+        statistics = evaluate_runs(played, runs, episodes * len(runs), seed=0)
         rows.append(
             {
                 "lam": [agent.lam for agent in played.agents],
                 "episodes": episodes,
-                "expected_cost": vars(over_runs(judged.costs, 0.0)),
-                "crash_probability": vars(over_runs(judged.crashes, 0.0, 1.0)),
-                "success": vars(over_runs(judged.successes, 0.0, 1.0)),
-                "expected_cost_runs": judged.costs.tolist(),
-                "crash_probability_runs": judged.crashes.tolist(),
-                "success_runs": judged.successes.tolist(),
+                **{name: vars(interval) for name, interval in statistics.over_runs().items()},
+                "expected_cost_runs": statistics.costs.tolist(),
+                "crash_probability_runs": statistics.crashes.tolist(),
+                "success_runs": statistics.successes.tolist(),
             }
         )
     return rows
@@ -141,7 +143,7 @@ def _make_folder(path: Path) -> None:
 
 
 def require_extra() -> None:
-    """Say which extra is missing, in one sentence, instead of an import error."""
+    """Raise an InputError that names the missing extra, if training cannot be imported."""
     from importlib.util import find_spec
 
     if find_spec("stable_baselines3") is None:
@@ -152,9 +154,9 @@ def require_extra() -> None:
         )
 
 
-def _train(method: str, tell: Progress | None, args: Args) -> Team:
+def _train(method: str, on_progress: Progress | None, args: Args) -> Team:
     train = getattr(import_module(METHODS[method].module), METHODS[method].function)
-    team: Team = train(args, tell or _tell_parent)
+    team: Team = train(args, on_progress or _report_to_parent)
     return team
 
 
@@ -166,7 +168,7 @@ def _keep_queue(queue: Any) -> None:
     _to_parent = queue
 
 
-def _tell_parent(steps: int) -> None:
+def _report_to_parent(steps: int) -> None:
     _to_parent.put(steps)
 
 
@@ -175,7 +177,7 @@ Run = Callable[[Callable[["Args"], Team], Sequence["Args"]], Iterator[Team]]
 
 @contextmanager
 def _progress_of(jobs: int, progress: Progress) -> Iterator[tuple[Run, Progress | None]]:
-    """A ``map`` over trainings, here or in ``jobs`` processes that report their progress."""
+    """Yield a ``map`` over trainings, in this process or in ``jobs`` that report progress."""
     if jobs == 1:
         yield map, progress
         return

@@ -1,23 +1,23 @@
 r"""Stable-baselines3's view of a game: many copies, stepped at once, one slot per copy and learner.
 
-Slot ``c * L + l`` is the l-th learner in copy c.  What a learner sees and earns is what the
-environment shows and pays it, with three additions, each an option:
+Slot ``c * L + l`` is the l-th learner in copy c.  Observations and rewards are those of the
+environment, with three optional changes:
 
-    weight    lam drawn anew for every episode of a copy, and seen as a last entry
+    weight    lam is drawn for every episode of a copy, and is the last entry of observations
     shaping   reward + Phi' - Phi,  Phi = -lam * (steps to go on the straight way), 0 out of traffic
     scale     rewards are divided by it
 
 Shaping telescopes: without discount an episode's return changes by a constant (Ng et al., 1999),
-so the same policies are best, but the way to the goal need not be found by chance.
+so the optimal policies are the same, but the goal need not be found by chance.
 
-An agent whose time is up is told so as ``TimeLimit.truncated``, and algorithms then add their own
-estimate of what was still to come.  With ``bootstrap=False`` the episode ends there instead, and
-the shaping, which is not taken back, charges the straight way that was left: time is observed and
-limited, and an estimate for a time that never comes has nothing to learn from.
+At the horizon an agent is reported as ``TimeLimit.truncated``, and algorithms add an estimate of
+the remaining return.  With ``bootstrap=False`` the episode ends there instead, and the shaping
+charges the straight way that is left: time is observed and limited, and an estimate beyond the
+horizon has no data to learn from.
 
-Learners in a copy finish at different times.  One that has finished waits, with rewards of zero,
-until the copy begins anew; then *every* slot of the copy reports done, so that no advantage leaks
-from one episode into the next.
+Learners in a copy finish at different times.  A finished learner waits, with rewards of zero, until
+the copy restarts; then *every* slot of the copy reports done, so that no advantage passes from one
+episode to the next.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ from ppg_env.game.game import Game
 from ppg_env.game.reachability import earliest_arrival
 
 REWARD_SCALE = 10.0
-"""A crash at lam = 0.5 then costs 5, an episode about 0.5: the order of one, as PPO likes it."""
+"""A crash at lam = 0.5 then costs 5, an episode about 0.5: of order one, as PPO assumes."""
 
 
 class GameVecEnv(VecEnv):
     """``copies`` of ``game`` as a ``VecEnv``; actions are in [-1, 1], the box around the controls.
 
-    Where an agent's control set changes over time, that box holds all of its sets, and the
-    environment projects on the one that holds: the same action means the same input at all times.
+    If an agent's control set changes over time, that box contains all of its sets, and the
+    environment projects on the current one: an action means the same input at all times.
 
     Parameters
     ----------
     game, rules, copies
         As in :class:`~ppg_env.Simulator`.
     learners
-        Agents with a slot in each copy; everybody unless given.
+        Agents with a slot in each copy; all by default.
     players
-        Who plays the others, by index; those not named fly straight.
+        Players of the others, by index; by default they follow their straight plans.
     weights
         Range (low, high) from which each episode of a copy draws lam for all its agents; None
         for the game's own.
@@ -98,16 +98,16 @@ class GameVecEnv(VecEnv):
         )
 
     def seed(self, seed: int | None = None) -> list[int | None]:
-        """Start all noise anew; takes effect at once and goes on over resets."""
+        """Seed all noise; takes effect at once and continues over resets."""
         noise, weights = np.random.SeedSequence(seed).spawn(2)
         self.simulator.seed(noise)
         self._random = np.random.default_rng(weights)
         return [seed] * int(np.prod(self._shape))
 
     def reset(self) -> np.ndarray:
-        """Begin every copy anew; observations (slots, W)."""
-        everything = np.ones(len(self._action), dtype=bool)
-        self._draw_weights(everything)
+        """Restart every copy; returns observations (slots, W)."""
+        all_copies = np.ones(len(self._action), dtype=bool)
+        self._draw_weights(all_copies)
         self.simulator.reset()
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
@@ -124,36 +124,36 @@ class GameVecEnv(VecEnv):
             self._action[:, i, : action.shape[1]] = action
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Move every copy; those in which no learner is left begin anew."""
-        simulator, mine = self.simulator, self.learners
+        """Step every copy; copies in which no learner is left restart."""
+        simulator, own = self.simulator, self.learners
         before = self._potential(simulator.last.observation)
         out = simulator.step(self._action, restart=False)
         after = self._potential(out.observation)
         change = after - before
         if simulator.rules.sharing == "social":
             change = np.where(out.acting, change.sum(axis=1, keepdims=True), 0.0)
-        reward = ((out.reward + change) / self._scale)[:, mine]
-        self._cost += (out.time_cost + out.safety_cost)[:, mine]
-        self._hit |= out.crashed[:, mine]
-        self._home |= out.arrived[:, mine]
-        over = np.all(~simulator.alive[:, mine], axis=1)
+        reward = ((out.reward + change) / self._scale)[:, own]
+        self._cost += (out.time_cost + out.safety_cost)[:, own]
+        self._hit |= out.crashed[:, own]
+        self._home |= out.arrived[:, own]
+        over = np.all(~simulator.alive[:, own], axis=1)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over.any():
             self._finish(over, infos)
             self._draw_weights(over)
             simulator.reset(over)
-        done = np.repeat(over, len(mine))
+        done = np.repeat(over, len(own))
         seen = self._seen(simulator.last.observation)
         return seen, reward.ravel().astype(np.float32), done, infos
 
     def normalised(self, agent: int, action: np.ndarray) -> np.ndarray:
-        """An agent's inputs (C, m_i) as actions (C, m) in [-1, 1], cut off at the box."""
+        """Return an agent's inputs (C, m_i) as actions (C, m), clipped to [-1, 1]."""
         size, result = action.shape[1], np.zeros((len(action), self.simulator.action_size))
         result[:, :size] = (action - self._middle[agent, :size]) / self._half[agent, :size]
         return np.clip(result, -1.0, 1.0)
 
     def _finish(self, over: np.ndarray, infos: list[dict[str, Any]]) -> None:
-        """Note what ended episodes were like, and their last observations."""
+        """Record the outcomes of ended episodes, and their last observations."""
         last, cut = self._seen(self.simulator.last.observation), self.simulator.last.truncated
         count = len(self.learners)
         for c in np.flatnonzero(over).tolist():
@@ -168,7 +168,7 @@ class GameVecEnv(VecEnv):
         self._cost[over], self._hit[over], self._home[over] = 0.0, False, False
 
     def _seen(self, observation: np.ndarray) -> np.ndarray:
-        """What the learners see, (slots, W): a copy of the simulator's, and lam if it varies."""
+        """Return the learners' observations (slots, W), a copy; lam is last if it varies."""
         seen = observation[:, self.learners]
         if self.weights is not None:
             lam = self.simulator.lam[:, self.learners, None].astype(np.float32)
@@ -176,7 +176,7 @@ class GameVecEnv(VecEnv):
         return seen.reshape(-1, seen.shape[2])
 
     def _potential(self, observation: np.ndarray) -> np.ndarray:
-        """(C, N) minus the cost of the time that the straight way to the goal still takes."""
+        """Return (C, N) minus the cost of the steps left on the straight way to the goal."""
         d, n = self.simulator.game.dim, self.simulator.state.shape[2]
         away = np.linalg.norm(observation[:, :, :d], axis=2)
         return -self.simulator.lam * self._pace * away * observation[:, :, n + d]
@@ -187,24 +187,24 @@ class GameVecEnv(VecEnv):
             self.simulator.lam[chosen] = fresh
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Do nothing: there is nothing to close."""
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The attribute, once per slot asked for."""
+        """Return the attribute, once per slot in ``indices``."""
         return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Set an attribute of the whole."""
+        """Set an attribute of all slots."""
         setattr(self, attr_name, value)
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the whole, once."""
+        """Call a method once, for all slots."""
         return [getattr(self, method_name)(*method_args, **method_kwargs)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """Slots are not wrapped one by one."""
+        """Return False for each slot: none is wrapped separately."""
         return [False] * len(list(self._get_indices(indices)))
 
     def _get_indices(self, indices: Any) -> Any:
@@ -212,7 +212,7 @@ class GameVecEnv(VecEnv):
 
 
 def _pace(game: Game, scale: float) -> np.ndarray:
-    """(N,) steps per unit of observed distance on the straight way."""
+    """Return (N,) steps per unit of observed distance on the straight way."""
     pace = np.zeros(len(game.agents))
     for i, agent in enumerate(game.agents):
         d = agent.dim

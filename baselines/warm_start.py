@@ -1,11 +1,10 @@
-r"""A warm start: the network first imitates flying straight home.
+r"""Warm start: the network first imitates the straight way to the goal.
 
-    minimise  mean |policy(x) - homing(x)|^2
+    minimise  mean |policy(x) - go_to_goal(x)|^2
 
-over states met by movers that are pushed about at random.  From a random network PPO often finds
-the safe and useless plan first, to fly away from everybody, and stays there: near the others every
-step is dangerous, and far away the way back is long.  From straight flight it has only to learn
-when to give way.
+over states of agents with random disturbances.  From a random network PPO often converges to a safe
+and useless policy, to move away from all others: near them every step is dangerous, and far away
+the way back is long.  From the straight way it only has to learn when to give way.
 """
 
 from __future__ import annotations
@@ -23,13 +22,13 @@ STEPS = 48
 """Steps of each copy: a few episodes."""
 
 PUSH = 0.7
-"""Standard deviation of random pushes, in units of the largest control."""
+"""Standard deviation of the disturbances, in units of the largest control."""
 
 UPDATES, BATCH, RATE = 1500, 1024, 2e-3
 
 
 def imitate_go_to_goal(model: Any, env: GameVecEnv, seed: int) -> None:
-    """Fit the mean policy of ``model`` to straight flight in the game of ``env``."""
+    """Fit the mean policy of ``model`` to the straight way in the game of ``env``."""
     random = np.random.default_rng(seed)
     seen, wanted = _examples(env, random)
     inputs, targets = torch.as_tensor(seen), torch.as_tensor(wanted)
@@ -43,7 +42,7 @@ def imitate_go_to_goal(model: Any, env: GameVecEnv, seed: int) -> None:
 
 
 def _examples(env: GameVecEnv, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Inputs (K, W) and homing actions (K, m) of learners that are pushed about."""
+    """Return inputs (K, W) and straight actions (K, m) of learners with disturbances."""
     players = {i: GoToGoal(env.simulator.game, i) for i in env.learners}
     shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
     seen, wanted = [], []

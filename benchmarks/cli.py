@@ -11,6 +11,8 @@ import signal
 import sys
 import threading
 import warnings
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
@@ -31,10 +33,28 @@ for name, command in VERBS.items():
     app.command(name)(command)
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"ppg {version('path-planning-games')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Options before the verb."""
+
+
 def main(arguments: list[str] | None = None) -> None:
-    """Run ``ppg`` and leave with its exit code."""
-    # A back end that works in C sees no KeyboardInterrupt; files are written atomically, so the
-    # default action of Ctrl-C loses nothing.
+    """Run ``ppg`` and exit with its code."""
+    # Code in C does not see KeyboardInterrupt.  Files are written atomically, so the default
+    # action of Ctrl-C loses nothing.
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A callable object where the type stub wants a function.
@@ -44,7 +64,7 @@ def main(arguments: list[str] | None = None) -> None:
     except InputError as error:
         print(f"ppg: {error}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None
-    except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
+    except BrokenPipeError:  # the reader of a pipe, such as head, has closed it
         sys.stderr.close()
         raise SystemExit(0) from None
     except OSError as error:
@@ -55,7 +75,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 class _Once:
-    """Shows a warning as one line on stderr, and the same line only once."""
+    """Shows a warning as one line on stderr; equal lines appear once."""
 
     def __init__(self) -> None:
         self.shown: set[str] = set()

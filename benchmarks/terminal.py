@@ -1,23 +1,37 @@
-"""What people see: tables on stdout, progress on stderr; and JSON for machines."""
+"""Output for people: tables on stdout, progress on stderr; and JSON for machines."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NoReturn
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import Any, NoReturn, Protocol
 
 import typer
-
-if TYPE_CHECKING:
-    from ppg_env.support.statistics import Estimate, Interval, RareEstimate
 
 NO_SOLUTION = 3
 PIPE_WIDTH = 124
 NAME_WIDTH = 14  # the first column is not folded below this
 
 
+class Limits(Protocol):
+    """A value with the limits of its interval."""
+
+    @property
+    def value(self) -> float:
+        """The estimate."""
+
+    @property
+    def low(self) -> float:
+        """Lower limit."""
+
+    @property
+    def high(self) -> float:
+        """Upper limit."""
+
+
 def print_json(content: Any) -> None:
-    """One JSON object on stdout."""
+    """Print one JSON object on stdout."""
     from ppg_env.formats.plan_file import to_json
 
     typer.echo(to_json(content))
@@ -30,7 +44,10 @@ def print_table(
     note: str = "",
     texts: int = 1,
 ) -> None:
-    """A table on stdout; the first ``texts`` columns are words, the others numbers."""
+    """Print a table on stdout; the first ``texts`` columns are words, the others numbers.
+
+    ``note`` is printed below the table.
+    """
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -41,8 +58,6 @@ def print_table(
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         collapse_padding=True,
-        caption=note or None,
-        caption_justify="left",
     )
     widest = min(max([len(columns[0]), *(len(row[0]) for row in rows)]), NAME_WIDTH)
     for k, column in enumerate(columns):
@@ -58,11 +73,14 @@ def print_table(
     if not console.is_terminal:  # a pipe has no width of its own
         console = Console(width=PIPE_WIDTH)
     console.print(table)
+    if note:
+        # Not the table's caption, which would be wrapped at the width of the table.
+        console.print(note, style="table.caption", markup=False, highlight=False)
 
 
 @contextmanager
 def working(text: str) -> Iterator[Any]:
-    """A spinner on stderr while something runs; yields an object with ``update(text)``."""
+    """Show a spinner on stderr; yields an object with ``update(text)``."""
     from rich.console import Console
 
     with Console(stderr=True).status(text) as status:
@@ -71,9 +89,9 @@ def working(text: str) -> Iterator[Any]:
 
 @contextmanager
 def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr with the time left; yields a function that advances it.
+    """Show a progress bar on stderr with the time left; yields a function that advances it.
 
-    It shows from the first advance on: a mistake that is found before leaves only its sentence.
+    It appears at the first advance, so that an error before it leaves only its sentence.
     """
     from rich.console import Console
     from rich.progress import (
@@ -102,18 +120,48 @@ def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 def no_solution(advice: str) -> NoReturn:
-    """Say why there is no plan, and leave with exit code 3."""
+    """Report why there is no plan, and exit with code 3."""
     typer.echo(f"ppg: no solution: {advice}.", err=True)
     raise typer.Exit(NO_SOLUTION)
 
 
-def probability(estimate: Estimate | RareEstimate | Interval) -> str:
-    """An estimate with its interval; no crash seen shows the upper limit, never zero."""
+def outward(value: float, spec: str, up: bool) -> str:
+    """Return ``value`` in the format ``spec``, rounded up or down instead of to the nearest.
+
+    ``spec`` is that of a number with digits, such as ``.1e``, ``+.1e``, ``.3f`` or ``.4g``.
+    """
+    if value - value != 0:  # infinite or nan
+        return f"{value:{spec}}"
+    way = ROUND_CEILING if up else ROUND_FLOOR
+    digits, kind = int(spec[:-1].rpartition(".")[2]), spec[-1]
+    exact = Decimal(repr(float(value)))
+    if kind == "f":
+        rounded = exact.quantize(Decimal(1).scaleb(-digits), way, Context(prec=400))
+    else:
+        rounded = Context(prec=digits + (kind == "e"), rounding=way).plus(exact)
+    return f"{float(rounded):{spec}}"
+
+
+def interval(estimate: Limits, spec: str = ".2e", limits: str = ".1e") -> str:
+    """Return ``value [low, high]``; the limits are rounded outward, so that they hold the value.
+
+    ``limits`` is their format, with at most as many digits as ``spec``.  Limits that are nan are
+    left out.
+    """
+    value = f"{estimate.value:{spec}}"
+    if estimate.low != estimate.low:
+        return value
+    low, high = outward(estimate.low, limits, up=False), outward(estimate.high, limits, up=True)
+    return f"{value} [{low}, {high}]"
+
+
+def probability(estimate: Limits) -> str:
+    """Return a probability with its interval; if no crash was seen the upper limit, never zero."""
     if estimate.value == 0:
-        return f"< {estimate.high:.1e}"
-    return f"{estimate.value:.2e} [{estimate.low:.1e}, {estimate.high:.1e}]"
+        return f"< {outward(estimate.high, '.1e', up=True)}"
+    return interval(estimate)
 
 
 def times(arrival: Sequence[int | None]) -> str:
-    """Arrival times in a row; a dash for a goal never reached."""
+    """Return arrival times in a row; a dash for a goal never reached."""
     return " ".join("-" if t is None else str(t) for t in arrival)

@@ -1,4 +1,9 @@
-"""The verbs of ``ppg``, in the order in which the help lists them."""
+"""The verbs of ``ppg``, in the order in which the help lists them.
+
+A command imports what it runs inside its functions: cvxpy, numba, torch and matplotlib take
+seconds to load, and ``ppg --help`` must answer in half a second.  At the top of a command's file
+stand only the shared options and what prints.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +13,7 @@ from benchmarks.commands.bench import bench
 from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
 from benchmarks.commands.equilibria import equilibria
+from benchmarks.commands.explain import explain
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.reproduce import reproduce
@@ -34,4 +40,5 @@ VERBS: dict[str, Callable[..., None]] = {
     "study": study,
     "render": render,
     "bench": bench,
+    "explain": explain,
 }

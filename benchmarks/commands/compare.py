@@ -20,7 +20,7 @@ from benchmarks.options import (
 from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, working
 
 if TYPE_CHECKING:
-    from benchmarks.comparison.compare import PlayerResult
+    from benchmarks.comparison.results import PlayerResult
     from ppg_env.game.game import Game
 
 
@@ -52,9 +52,9 @@ def compare(
 ) -> None:
     """Compare players in one game: arrival, cost, safety, and crashes from simulation."""
     from benchmarks.comparison.compare import compare as run
-    from benchmarks.comparison.compare import comparison_report
     from benchmarks.comparison.players import check_arena, chosen_players, refuse_unused
     from benchmarks.comparison.report import game_name
+    from benchmarks.comparison.results import comparison_report
     from benchmarks.comparison.table import print_results
     from benchmarks.output_paths import target
     from ppg_env.scenarios.make import make_game

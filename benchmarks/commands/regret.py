@@ -8,7 +8,7 @@ import typer
 
 from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
-from benchmarks.terminal import no_solution, print_json, print_table, working
+from benchmarks.terminal import interval, no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
     from baselines.regret import RegretBound
@@ -97,24 +97,16 @@ def _report(game: Game, name: str, run: int, bounds: dict[int, RegretBound]) -> 
 def _print(game: Game, name: str, episodes: int, bounds: dict[int, RegretBound]) -> None:
     from benchmarks.comparison.report import game_name
 
-    rows = [
-        (
-            game.agent_names[i],
-            bound.deviation,
-            _shown(bound.regret),
-            *(_shown(bound.gains[kind]) if kind in bound.gains else "" for kind in KINDS),
-        )
-        for i, bound in bounds.items()
-    ]
+    rows = []
+    for i, bound in bounds.items():
+        gains = [bound.gains.get(kind) for kind in KINDS]
+        shown = ["" if gain is None else interval(gain, ".3f", ".3f") for gain in gains]
+        regret = interval(bound.regret, ".3f", ".3f")
+        rows.append((game.agent_names[i], bound.deviation, regret, *shown))
     print_table(
         f"{name} in {game_name(game)}: regret, estimated from below",
         ("agent", "deviation", "regret from", *(f"gain {kind}" for kind in KINDS)),
         rows,
-        f"In the agent's expected cost; the others play on as they are. {episodes:,} episodes, "
-        "95 % intervals. A deviation that gains nothing is not made.",
+        f"Gains in expected cost; {episodes:,} episodes; 95 % intervals; see ppg explain regret.",
         texts=2,
     )
-
-
-def _shown(interval: Any) -> str:
-    return f"{interval.value:.3f} [{interval.low:.3f}, {interval.high:.3f}]"

@@ -19,7 +19,7 @@ from benchmarks.options import (
 from benchmarks.terminal import no_solution, print_json, print_table, working
 
 if TYPE_CHECKING:
-    from benchmarks.crash_risk.analytic import RiskQuery, RiskReport
+    from benchmarks.crash_risk.query import RiskQuery, RiskReport
 
 METHODS = {
     "bound": "benchmarks.crash_risk.analytic",
@@ -79,7 +79,7 @@ def risk(
     as_json: JsonOption = False,
     overrides: dict[str, Any],
 ) -> None:
-    """Crash probability of a plan or of a game's players: bounded, exact at instants, simulated."""
+    """Compute crash probabilities of a plan or of a game's players: bounds, exact, simulated."""
     from importlib import import_module
 
     from ppg_env.game.evaluation import evaluate
@@ -130,7 +130,7 @@ def _query(
 ) -> RiskQuery:
     """Read a plan file with its game; or let the player of a game plan first."""
     from benchmarks.comparison.players import RECEDING, chosen_player, entrant, refuse_unused
-    from benchmarks.crash_risk.analytic import RiskQuery
+    from benchmarks.crash_risk.query import RiskQuery
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
 

@@ -18,7 +18,7 @@ from benchmarks.options import (
     with_game_options,
     with_group,
 )
-from benchmarks.terminal import bar, print_json, print_table
+from benchmarks.terminal import bar, interval, print_json, print_table
 
 if TYPE_CHECKING:
     from baselines import Learned
@@ -156,23 +156,16 @@ def _command(game: str, overrides: dict[str, Any], training: Training, seed: int
 
 
 def _print(learned: Learned, game: str, seeds: int) -> None:
-    rows = [
-        (
-            " ".join(f"{lam:g}" for lam in sorted(set(row["lam"]))),
-            *(_interval(row[key]) for key in ("expected_cost", "crash_probability", "success")),
-        )
-        for row in learned.about["figures"]
-    ]
+    from ppg_env.support.statistics import Interval
+
+    rows = []
+    for row in learned.about["figures"]:
+        lams = " ".join(f"{lam:g}" for lam in sorted(set(row["lam"])))
+        keys = ("expected_cost", "crash_probability", "success")
+        rows.append((lams, *(interval(Interval(**row[key]), ".4g", ".4g") for key in keys)))
     print_table(
         f"{learned.name} in {game}: {seeds} x {learned.about['steps']:,} steps",
         ("lam", "expected cost", "crash probability", "arrived"),
         rows,
-        "In the environment, without exploration. Cost: mean over agents. Intervals: 95 %, over "
-        "runs.",
+        "In the environment, without exploration; mean cost of agents; 95 % intervals over runs.",
     )
-
-
-def _interval(found: dict[str, float]) -> str:
-    if found["low"] != found["low"]:
-        return f"{found['value']:.4g}"
-    return f"{found['value']:.4g} [{found['low']:.4g}, {found['high']:.4g}]"

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.comparison.compare import PlayerResult
 from benchmarks.comparison.report import game_name
+from benchmarks.comparison.results import PlayerResult
 from benchmarks.figures import new_figure, write_figure
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile

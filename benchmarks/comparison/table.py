@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.comparison.compare import Played, PlayerResult
 from benchmarks.comparison.report import game_name
-from benchmarks.terminal import print_table, probability, times
+from benchmarks.comparison.results import Played, PlayerResult
+from benchmarks.terminal import outward, print_table, probability, times
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Interval
 
@@ -29,21 +29,11 @@ ENV_COLUMNS = (
     "crash probability",
     "expected cost",
 )
-STARS = {
-    "": "",
-    "*": "* Fewer than ten crashes were counted, so the method is rare (ppg risk): weighted "
-    "episodes with a crash in sight, or splitting; for learners the trainings as given.",
-    "**": "** Rare, and not to be trusted: ask for more episodes.",
-}
-NOTES = {
-    "schedule": "Social cost: sum of shifted costs. Crash: anybody, {episodes:,} episodes on "
-    "schedule, 95 % intervals. Expected cost: lam T + (1 - lam) {kappa:g} Pr(crash), mean over "
-    "agents. Overlap: the plan's own means collide.",
-    "env": "In the environment: arrival within a region, inputs projected, crashed agents leave; "
-    "{episodes:,} episodes. 95 % intervals over episodes, for learners over training runs too. "
-    "Arrival: mean over episodes that arrive. Crash: anybody. Expected cost: lam per step, "
-    "(1 - lam) {kappa:g} for a crash, mean over agents.",
-}
+STARS = {"*": "* rare-event method", "**": "** not to be trusted"}
+"""Marks of crash probabilities that were not counted."""
+
+NOTE = "{episodes:,} episodes {where}; 95 % intervals; {stars}see ppg explain compare."
+WHERE = {"schedule": "on schedule", "env": "in the environment"}
 
 
 def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int) -> None:
@@ -55,13 +45,15 @@ def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes
         for row in rows
     ]
     failures = [f"{row.player}: {row.advice}." for row in rows if not row.played]
-    rare = [STARS[star] for star in sorted({_star(row.played) for row in rows if row.played})]
+    marks = sorted({_star(row.played) for row in rows if row.played} - {""})
+    stars = "".join(f"{STARS[mark]}; " for mark in marks)
+    note = NOTE.format(episodes=episodes, where=WHERE[arena], stars=stars)
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
         f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
         columns,
         lines,
-        " ".join([*failures, NOTES[arena].format(episodes=episodes, kappa=game.crash_cost), *rare]),
+        "\n".join([*failures, note]),
         texts=2,
     )
 
@@ -77,9 +69,9 @@ def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
         played.information,
         times(evaluation.arrival),
         overlap or f"{evaluation.social_cost:.4f}",
-        "" if regret is None else f"{regret.max():.0e}",
+        "" if regret is None else outward(float(regret.max()), ".0e", up=True),
         _crash(played),
-        overlap or f"{evaluation.risk_sum_any:.1e}",
+        overlap or outward(evaluation.risk_sum_any, ".1e", up=True),
         _interval(played.expected_cost),
     )
 
@@ -101,14 +93,14 @@ def _env_cells(row: PlayerResult) -> tuple[str, ...]:
 
 
 def _crash(played: Played) -> str:
-    """With the interval over runs, where there are several and crashes were counted."""
+    """Return the crash probability; over runs if there are several and crashes were counted."""
     if played.method == "rare" or played.over_runs is None or not played.crash_any.value:
         return probability(played.crash_any) + _star(played)
     return probability(played.over_runs["crash_probability"])
 
 
 def _star(played: Played) -> str:
-    """Mark a probability that was not counted, see ``STARS``."""
+    """Return the mark of a probability that was not counted, see ``STARS``."""
     if played.method == "mc":
         return ""
     return "*" if played.crash_any.trusted else "**"

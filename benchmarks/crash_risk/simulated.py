@@ -1,7 +1,7 @@
 r"""Crash probabilities from simulation, for ``ppg risk``.
 
-mc      Clopper-Pearson intervals of plain episodes; of a difference, in the same episodes
-rare    on schedule: episodes drawn with a crash in sight; in the environment: split by levels
+mc      Clopper-Pearson intervals from plain episodes; differences from the same episodes
+rare    on schedule: importance sampling with a crash in sight; in the environment: splitting
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
 from benchmarks.comparison.players import RECEDING
-from benchmarks.crash_risk.analytic import Chance, RiskQuery, RiskReport, parties
+from benchmarks.crash_risk.query import Chance, RiskQuery, RiskReport, parties
+from benchmarks.terminal import interval
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Encounter, Game
@@ -21,10 +22,10 @@ from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
 if TYPE_CHECKING:
     from ppg_env.risk.monte_carlo import CrashCounts, PairedCounts
-    from ppg_env.support.statistics import Estimate, Interval, RareEstimate, RareRisk
+    from ppg_env.support.statistics import Estimate, RareEstimate, RareRisk
 
 PLAIN = 1_000_000
-"""Episodes that are counted unless told otherwise."""
+"""Default number of counted episodes."""
 
 
 def mc(query: RiskQuery) -> RiskReport:
@@ -32,24 +33,24 @@ def mc(query: RiskQuery) -> RiskReport:
     _check(query)
     game, samples = query.game, query.episodes or PLAIN
     if query.arena == "env":
-        found = evaluate_runs(game, _runs(query), samples, query.planner.seed).summary
+        summary = evaluate_runs(game, _runs(query), samples, query.planner.seed).summary
         promise, details = f"{samples:,} episodes in the environment", {"arena": "env"}
-        return _answer(promise, found.crash, found.crash_any, samples, details)
+        return _risk_report(promise, summary.crash, summary.crash_any, samples, details)
     assert query.profile is not None
-    mine, request = (game, query.profile), (samples, query.planner.seed)
+    own, request = (game, query.profile), (samples, query.planner.seed)
     tools: dict[str, Any] = {"workers": query.workers, "progress": query.progress}
     if query.against is not None:
         looks = (query.swept, query.swept)
-        pair = paired_counts(mine, query.against, *request, swept=looks, **tools)
+        pair = paired_counts(own, query.against, *request, swept=looks, **tools)
         return _difference(query, pair)
     if query.swept:
-        return _swept(query, paired_counts(mine, mine, *request, swept=(False, True), **tools))
-    counts = crash_counts(*mine, *request, **tools)
-    each, anybody = counts.estimates()
-    return _answer(
+        return _swept(query, paired_counts(own, own, *request, swept=(False, True), **tools))
+    counts = crash_counts(*own, *request, **tools)
+    each, of_any = counts.estimates()
+    return _risk_report(
         f"{samples:,} episodes on schedule; with whom and when first",
         each,
-        anybody,
+        of_any,
         samples,
         {"arena": "schedule", **_counts_report(game, counts)},
         {"mostly with": _whom(game, counts), "mostly at": _when(game, counts)},
@@ -57,44 +58,58 @@ def mc(query: RiskQuery) -> RiskReport:
 
 
 def rare(query: RiskQuery) -> RiskReport:
-    """Sample crashes that plain episodes would hardly show."""
+    """Estimate crashes that are too rare to be counted."""
     _check(query)
-    game, seed = query.game, query.planner.seed
-    require(query.against is None, "--against", "is for counting", "add --method mc")
+    require(query.against is None, "--against", "is for mc", "add --method mc")
     if query.arena == "env":
-        if query.entrant is not None and query.entrant.name == RECEDING:
-            raise InputError(
-                "--player", "is receding, which plans too slowly to be split", "add --method mc"
-            )
-        episodes = query.episodes or OF_A_LEVEL
-        found = evaluate_rare_runs(game, _runs(query), episodes, seed, progress=query.progress)
-        promise = f"{found.samples:,} episodes in the environment, split by levels"
+        risk, promise = _split(query)
     else:
-        assert query.profile is not None
-        found = rare_risk(
-            game,
-            query.profile,
-            query.episodes or IN_SIGHT,
-            seed,
-            swept=query.swept,
-            workers=query.workers,
-            progress=query.progress,
-        )
-        promise = f"{found.samples:,} weighted episodes on schedule, drawn with a crash in sight"
-    everybody = [*found.agents, found.any]
+        risk, promise = _sampled(query)
+    events = [*risk.agents, risk.any]
     columns = {
-        "std. error": [f"{one.standard_error:.1e}" for one in everybody],
-        "worth samples": [f"{one.effective_samples:,.0f}" for one in everybody],
+        "std. error": [f"{event.standard_error:.1e}" for event in events],
+        "worth samples": [f"{event.effective_samples:,.0f}" for event in events],
     }
-    details = {"arena": query.arena, **_rare_report(game, found)}
-    if found.between is not None:
-        added = [*found.between.agents, found.between.any]
-        columns["between instants"] = [str(_chance(one)) for one in added]
-        details["between"] = _rare_report(game, found.between)
-    doubts = sorted({one.advice for one in everybody if not one.trusted})
+    details = {"arena": query.arena, **_rare_report(query.game, risk)}
+    if risk.between is not None:
+        added = [*risk.between.agents, risk.between.any]
+        columns["between instants"] = [str(_chance(event)) for event in added]
+        details["between"] = _rare_report(query.game, risk.between)
+    doubts = sorted({event.advice for event in events if not event.trusted})
     if doubts:
-        promise = f"not to be trusted: {'; '.join(doubts)}. {promise}"
-    return _answer(promise, found.agents, found.any, found.samples, details, columns)
+        promise = f"not to be trusted: {'; '.join(doubts)}.\n{promise}"
+    return _risk_report(promise, risk.agents, risk.any, risk.samples, details, columns)
+
+
+def _split(query: RiskQuery) -> tuple[RareRisk, str]:
+    """Split episodes in the environment by levels."""
+    if query.entrant is not None and query.entrant.name == RECEDING:
+        raise InputError(
+            "--player", "is receding, which plans too slowly for splitting", "add --method mc"
+        )
+    risk = evaluate_rare_runs(
+        query.game,
+        _runs(query),
+        query.episodes or OF_A_LEVEL,
+        query.planner.seed,
+        progress=query.progress,
+    )
+    return risk, f"{risk.samples:,} episodes in the environment, split by levels"
+
+
+def _sampled(query: RiskQuery) -> tuple[RareRisk, str]:
+    """Draw weighted episodes on schedule with a crash in sight."""
+    assert query.profile is not None
+    risk = rare_risk(
+        query.game,
+        query.profile,
+        query.episodes or IN_SIGHT,
+        query.planner.seed,
+        swept=query.swept,
+        workers=query.workers,
+        progress=query.progress,
+    )
+    return risk, f"{risk.samples:,} weighted episodes on schedule, drawn with a crash in sight"
 
 
 def _check(query: RiskQuery) -> None:
@@ -109,7 +124,7 @@ def _check(query: RiskQuery) -> None:
 
 
 def _runs(query: RiskQuery) -> Sequence[Sequence[Player]]:
-    """Who plays in the environment, for each training."""
+    """Return the players in the environment, for each training."""
     if query.entrant is not None:
         return query.entrant.policies(query.game, query.planner)
     assert query.profile is not None
@@ -117,9 +132,9 @@ def _runs(query: RiskQuery) -> Sequence[Sequence[Player]]:
 
 
 def _swept(query: RiskQuery, pair: PairedCounts) -> RiskReport:
-    """Crashes seen by watching steps, and how many of them no instant shows."""
+    """Report crashes on the lines between instants, and how many of them no instant shows."""
     game, counts = query.game, pair.second
-    each, anybody = counts.estimates()
+    each, of_any = counts.estimates()
     added = counts.each(pair.only_second)
     details = {
         "arena": "schedule",
@@ -133,12 +148,12 @@ def _swept(query: RiskQuery, pair: PairedCounts) -> RiskReport:
         "between instants": [str(_chance(one)) for one in added],
     }
     promise = f"{counts.samples:,} episodes on schedule, on straight lines between the instants"
-    return _answer(promise, each, anybody, counts.samples, details, columns)
+    return _risk_report(promise, each, of_any, counts.samples, details, columns)
 
 
 def _difference(query: RiskQuery, pair: PairedCounts) -> RiskReport:
-    """The plan's own probabilities, and how much more the other's are."""
-    each, anybody = pair.first.estimates()
+    """Report the plan's own probabilities, and the difference of the other plan's."""
+    each, of_any = pair.first.estimates()
     others, other = pair.second.estimates()
     more, more_any = pair.differences()
     differences = [*more, more_any]
@@ -154,27 +169,27 @@ def _difference(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     }
     columns = {
         "against": [str(_chance(one)) for one in (*others, other)],
-        "difference": [_signed(one) for one in differences],
+        "difference": [interval(one, "+.1e", "+.1e") for one in differences],
     }
     samples = pair.first.samples
     promise = f"the same {samples:,} episodes on schedule for both; difference: against less this"
-    return _answer(promise, each, anybody, samples, details, columns)
+    return _risk_report(promise, each, of_any, samples, details, columns)
 
 
-def _answer(
+def _risk_report(
     promise: str,
     agents: Sequence[Estimate | RareEstimate],
-    anybody: Estimate | RareEstimate,
+    of_any: Estimate | RareEstimate,
     samples: int,
     details: dict[str, Any],
     columns: dict[str, list[str]] | None = None,
 ) -> RiskReport:
-    """95 % intervals, with more columns, a cell for each agent and one for anybody."""
+    """Return a report; further columns have one cell per agent, and one for any agent."""
     columns = columns or {}
     return RiskReport(
-        f"{promise[0].upper()}{promise[1:]}. 95 % intervals.",
+        f"{promise[0].upper()}{promise[1:]}; 95 % intervals; see ppg explain risk.",
         tuple(map(_chance, agents)),
-        _chance(anybody),
+        _chance(of_any),
         samples,
         details,
         tuple(columns),
@@ -190,12 +205,8 @@ def _report(estimate: Estimate) -> dict[str, float]:
     return vars(_chance(estimate)) | {"hits": estimate.hits}
 
 
-def _signed(found: Interval) -> str:
-    return f"{found.value:+.1e} [{found.low:+.1e}, {found.high:+.1e}]"
-
-
 def _whom(game: Game, counts: CrashCounts) -> list[str]:
-    """Whom each agent mostly meets when it crashes, and who mostly meet."""
+    """Return with whom each agent crashes most often, and the most frequent pair."""
     listed = list(zip(counts.encounters, game.encounters, strict=True))
 
     def mostly(own: list[tuple[int, Encounter]], name: str | None) -> str:
@@ -212,14 +223,14 @@ def _whom(game: Game, counts: CrashCounts) -> list[str]:
 
 
 def _when(game: Game, counts: CrashCounts) -> list[str]:
-    """When each agent mostly crashes first with anybody, and when the first crash mostly is."""
+    """Return the most frequent time of each agent's first crash, and of any first crash."""
     each = [counts.first_times[own].sum(axis=0) for own in membership(game)]
     rows = [*each, counts.first_any]
     return [f"t = {row.argmax()}" if row.any() else "" for row in rows]
 
 
 def _counts_report(game: Game, counts: CrashCounts) -> dict[str, Any]:
-    """Every encounter with its episodes per time, all of them and first ones."""
+    """Return every encounter with its crashes per time: all, and first ones."""
     encounters = [
         {**_place(encounter), **_report(one), "times": times, "first_times": first}
         for encounter, one, times, first in zip(

@@ -19,6 +19,8 @@ from benchmarks.reproduction.curves import Curve, Panel
 from benchmarks.reproduction.pictures import draw
 from benchmarks.reproduction.run import Finding, Reproduction, Sheet
 from benchmarks.reproduction.verdicts import DEPENDS, FAILS, HOLDS, OPEN, Case
+from benchmarks.terminal import probability
+from ppg_env.support.statistics import Interval
 
 PACKAGES = ("path-planning-games", "numpy", "scipy", "highspy", "numba", "matplotlib")
 """Packages whose versions affect numbers and figures."""
@@ -134,8 +136,7 @@ def _values(curve: Curve, k: int) -> list[str]:
         f"{values[k].mean():.4g} ({', '.join(f'{value:.4g}' for value in values[k])})"
         for values in (curve.objective, curve.time, curve.safety)
     ]
-    value, low, high = curve.crash[k]
-    crash = f"{value:.1e} [{low:.1e}, {high:.1e}]" if value else f"&lt; {high:.1e}"
+    crash = escape(probability(Interval(*curve.crash[k])))
     return [*averages, crash, _power(curve.risk_bound[k]), _power(curve.regret[k])]
 
 

@@ -131,8 +131,9 @@ def play(task: Task) -> Report:
 
 
 def _played(cell: Cell) -> Report:
-    from benchmarks.comparison.compare import compare, row_report
+    from benchmarks.comparison.compare import compare
     from benchmarks.comparison.report import solution_report
+    from benchmarks.comparison.results import row_report
 
     (row,) = compare(
         cell.game, [cell.player], cell.episodes, cell, arena=cell.arena, groups=cell.groups

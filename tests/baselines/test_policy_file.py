@@ -135,10 +135,10 @@ def test_playing_needs_no_torch(file: Path) -> None:
 import sys
 from baselines import read_learned
 from ppg_env import make_game
-from ppg_env.env import episodes as arena
+from ppg_env.env import episodes
 game = make_game("intersection", speed="l1")
 players = read_learned({str(file)!r}).players(game)
-print(arena.evaluate(game, players, 100).cost.shape)
+print(episodes.evaluate(game, players, 100).cost.shape)
 assert "torch" not in sys.modules and "stable_baselines3" not in sys.modules
 """
     done = subprocess.run(

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from benchmarks.comparison.table import NOTE, STARS, WHERE
 from ppg_env import make_game
 from tests.benchmarks.judges import picture_size, timeless
 
@@ -88,7 +89,9 @@ def test_people_get_a_table_and_a_picture_and_no_probability_of_zero(ppg, tmp_pa
     words = ["--episodes", "2000", "--out", picture]
     done = ppg("compare", "parallel", *words)
     assert all(player in done.out for player in PLAYERS)
-    assert "* Fewer than ten crashes were counted" in " ".join(done.out.split())
+    note = done.out.strip().splitlines()[-1].strip()
+    assert "* rare-event method; see ppg explain compare" in note
+    assert len(note) <= 100
     assert not re.search(r"(?<![\d.])0(\.0+)?(e[+-]00)?(?![\d.])\s+\[", done.out)
     assert "0.00e+00" not in done.out
     width, height = picture_size(picture)
@@ -114,6 +117,12 @@ def test_a_player_without_a_plan_keeps_its_row_with_the_reason(ppg):
     assert rows["social"]["advice"]
     assert "crash_probability" not in rows["social"]
     assert rows["straight"]["crash_probability"]["value"] > 0.5
+
+
+@pytest.mark.parametrize("arena", WHERE)
+def test_the_note_fits_into_one_line_with_every_mark(arena):
+    marks = "; ".join(STARS.values()) + "; "
+    assert len(NOTE.format(episodes=200_000, where=WHERE[arena], stars=marks)) <= 120
 
 
 def test_a_table_and_a_picture_leave_out_nobody_who_failed(ppg, tmp_path):

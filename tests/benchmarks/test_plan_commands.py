@@ -8,7 +8,7 @@ from importlib import import_module
 import pytest
 
 from benchmarks.commands.risk import METHODS
-from benchmarks.crash_risk.analytic import Chance, at_most
+from benchmarks.crash_risk.query import Chance, at_most
 from ppg_env import evaluate
 from ppg_env.formats.plan_file import read_plan
 from solvers import certify

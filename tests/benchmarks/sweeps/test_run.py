@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.comparison.compare import compare, comparison_report
+from benchmarks.comparison.compare import compare
 from benchmarks.comparison.planner_options import PlannerOptions
+from benchmarks.comparison.results import comparison_report
 from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.run import part, play
 from benchmarks.sweeps.workers import Died, each_done
