@@ -22,7 +22,7 @@ from benchmarks import sweeps
 from benchmarks.studies.prices import FOUND, missing
 from benchmarks.studies.results import Row, chance, grouped, limits
 from benchmarks.studies.study import PAPER, Choice, Study, Table
-from solvers.equilibrium.best_response_dynamics import STARTS
+from solvers.equilibrium.start_profile import STARTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
