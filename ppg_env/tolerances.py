@@ -45,5 +45,12 @@ one; certificates of 1e-5 then keep two digits in hand."""
 MIP_GAP = 1e-9
 """Gap passed to the back ends.  HiGHS's default of 1e-4 fakes best-response improvements."""
 
+FEASIBILITY = 1e-9
+"""Primal and integrality tolerance asked of the back ends: a big-M of 100 then leaks 1e-7."""
+
+FLAT_SLOPE = 1e-8
+"""Tangents of the crash-risk curve with a smaller slope are dropped: HiGHS zeroes matrix entries
+below 1e-9."""
+
 AGREEMENT = 1e-6
 """A back end's objective may differ from the evaluator's by this much (relative above 1)."""

@@ -1,7 +1,6 @@
 """Planners: best responses, Nash equilibria, social optima, and certificates.
 
-Names are loaded when first used, because cvxpy takes a second to import; ``__init__.pyi`` lists
-them.
+Names are loaded on first use, because cvxpy takes a second to import; ``__init__.pyi`` lists them.
 """
 
 import lazy_loader

@@ -6,10 +6,10 @@ from time import monotonic
 
 
 class Budget:
-    """What is left of limits that several solves share; None never runs out.
+    """Limits on seconds and nodes that several solves share; None is no limit.
 
     Seconds depend on the machine.  Nodes, the linear programs of the engine, do not: with a limit
-    on nodes alone the same call gives the same answer everywhere.
+    on nodes alone, the same call gives the same result on every machine.
     """
 
     def __init__(self, limit: float | None, nodes: int | None = None) -> None:
@@ -28,22 +28,21 @@ class Budget:
 
     @property
     def out(self) -> bool:
-        """Whether the time is up, or the work done."""
+        """Whether the time or the nodes are used up."""
         late = self.left is not None and self.left <= 0
         return late or (self.nodes is not None and self.used >= self.nodes)
 
     @property
     def fraction_used(self) -> float:
-        """Part of the limits that is used up, 0 to 1; 0 if there are none."""
+        """Part of the limits that is used up, 0 to 1; 0 without limits."""
         time = 0.0 if self.limit is None else self.spent / max(self.limit, self.spent, 1e-9)
         work = 0.0 if not self.nodes else min(self.used / self.nodes, 1.0)
         return max(time, work)
 
     def child(self, nodes: int | None) -> Budget:
-        """A budget for one of several solves: as much time as is left, and so many nodes of its
-        own.
+        """Return a budget for one of several solves: the remaining time, and at most ``nodes``.
 
-        What it uses is not counted here until :meth:`charge`.
+        What the child uses counts here after :meth:`charge`.
         """
         if self.nodes is not None:
             rest = max(self.nodes - self.used, 0)
@@ -51,7 +50,7 @@ class Budget:
         return Budget(self.left, nodes)
 
     def charge(self, child: Budget) -> None:
-        """Count what a share has used."""
+        """Count the nodes that ``child`` has used."""
         self.used += child.used
 
     def tick(self) -> None:

@@ -1,7 +1,7 @@
-"""One door to the two ways of solving the same programs.
+"""Solve a program by the engine or by the reference formulation.
 
 ``ENGINE`` is the project's own search, exact and fast; any other name is a MILP solver that takes
-the paper's formulation through cvxpy, which stays as the reference.
+the paper's formulation through cvxpy, the reference.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
+from solvers.engine.arrival_search import engine_search
 from solvers.search_result import SearchResult
 
 if TYPE_CHECKING:
@@ -27,16 +28,14 @@ def minimise(
     given: Profile | None,
     solver: str,
     budget: Budget,
-    tell: Callable[[str, float], None] = lambda what, value: None,
+    on_progress: Callable[[str, float], None] = lambda what, value: None,
 ) -> SearchResult:
-    """The cheapest plans of ``movers`` while the others keep to ``given``, with a proved bound.
+    """Return the cheapest plans of ``movers`` and a proved bound; other agents keep ``given``.
 
-    ``tell`` hears of every better ``value`` and ``bound`` of the engine.
+    The engine calls ``on_progress`` with every better ``value`` and ``bound``.
     """
     if solver == ENGINE:
-        from solvers.engine.arrival_search import engine_search
-
-        return engine_search(objective, movers, given, budget, tell)
+        return engine_search(objective, movers, given, budget, on_progress)
     from solvers.reference.solve import search
 
     return search(_compiled(objective, tuple(movers)), given, solver, budget)
@@ -44,14 +43,14 @@ def minimise(
 
 @lru_cache(maxsize=128)
 def _compiled(objective: Objective, movers: tuple[int, ...]) -> Program:
-    """Compiled once; only parameters change from one profile to the next."""
+    """Return the compiled program; only its parameters change from one profile to the next."""
     from solvers.reference.formulation import Program
 
     return Program(objective, movers)
 
 
 def check_solver(name: str) -> str:
-    """The name of a way to solve, in the letters that :func:`minimise` knows.
+    """Return the name of a solver in the spelling that :func:`minimise` takes.
 
     Raises
     ------

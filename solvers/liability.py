@@ -1,33 +1,33 @@
-r"""Liability: who pays which share of what an encounter costs its two agents.
+r"""Liability rules: which agent pays which share of the losses of an encounter.
 
 With u_i = 1 - lam_i, the losses c_ij of a pair harm i by u_i c_ij and j by u_j c_ij.  Under a rule,
 agent i pays
 
     P_i = lam_i T_i + u_i o_i + sum_j w_ij c_ij,     w_ij = own_ij u_i + other_ij u_j,
 
-o_i being its losses from static obstacles, which harm nobody else.
+where o_i are its losses from static obstacles, which harm no other agent.
 
     rule            own  other
-    selfish           1      0   everybody bears its own harm: P_i = J_i
+    selfish           1      0   every agent pays its own harm: P_i = J_i
     partial:a         1      a   and a share a of the harm to the other, 0 <= a <= 1
-    pigou             1      1   and all of it
-    right-of-way   0, 1   0, 1   who yields pays everything, who has the way nothing
+    pigou             1      1   and all of the harm to the other
+    right-of-way   0, 1   0, 1   the agent that yields pays everything, the other nothing
 
-Right of way goes to the agent that comes first in the game; ``right-of-way:2-0-1`` says otherwise.
+Agents have the right of way in the order of the game, unless ``right-of-way:2-0-1`` gives another.
 
 Potential.  If there are d_i > 0 with w_ij / d_i = w_ji / d_j for every pair, then
 
     Phi = sum_i (lam_i T_i + u_i o_i) / d_i + sum_{i<j} (w_ij / d_i) c_ij
 
-falls by 1/d_i of what agent i gains.  ``selfish`` has d_i = u_i; ``pigou`` has d_i = 1, and Phi is
-the social cost; ``partial:a`` with equal lam has d_i = 1, and Phi is the social cost with each pair
-counted 1 + a times instead of twice.  With unequal lam, going round three agents gives
+falls by 1/d_i times what agent i gains.  ``selfish`` has d_i = u_i; ``pigou`` has d_i = 1, and Phi
+is the social cost; ``partial:a`` with equal lam has d_i = 1, and Phi is the social cost with each
+pair counted 1 + a times instead of twice.  With unequal lam, the cycle of three agents gives
 
     w_ij w_jk w_ki - w_ji w_kj w_ik = a (1 - a) (u_i - u_j) (u_j - u_k) (u_i - u_k),
 
-so a partial rule has a potential if and only if no three lam are different.  Right of way has none,
-but a hierarchy: what an agent pays depends on those alone who have the way, so best responses in
-the order of priority are an equilibrium after one round.
+so a partial rule has a potential if and only if no three lam are different.  Right of way has no
+potential but a hierarchy: what an agent pays depends only on agents of higher priority, so best
+responses in the order of priority are an equilibrium after one round.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 
 RULES = "selfish, pigou, partial:0.5, right-of-way or right-of-way:1-0"
-"""How rules are written."""
+"""Examples of all rules, for messages."""
 
 PARTIAL, RIGHT_OF_WAY = "partial", "right-of-way"
 SHARES = {"selfish": 0.0, "pigou": 1.0}
-"""Shares of the harm to the other that have a name."""
+"""Named rules, by the share of the harm to the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ class Liability:
 
     @cached_property
     def _pair(self) -> np.ndarray:
-        """(N, N) weights w."""
+        """(N, N) weights w_ij."""
         care = 1 - self._lams
         return self.own * care[:, None] + self.other * care[None, :]
 
@@ -115,12 +115,12 @@ class Liability:
 
 
 def make_rule(game: Game, charge: str) -> Liability:
-    """The rule that ``charge`` names.
+    """Return the rule that ``charge`` names, applied to ``game``.
 
     Raises
     ------
     InputError
-        If there is no such rule, or its numbers do not fit the game.
+        If the rule does not exist, or its numbers do not fit the game.
     """
     name, _, detail = charge.partition(":")
     if name == RIGHT_OF_WAY:
@@ -158,7 +158,7 @@ def _right_of_way(game: Game, charge: str) -> Liability:
         raise InputError(
             "charge",
             f"is {RIGHT_OF_WAY + ':' + text!r}",
-            f"list the agents 0 to {size - 1} with - between them, who has the way first",
+            f"list the agents 0 to {size - 1} in the order of priority, with - between them",
         )
     rank = np.argsort(priority)
     yields = (rank[:, None] > rank[None, :]).astype(float)

@@ -1,4 +1,4 @@
-"""What every planner returns: a plan that the evaluator accepted, or the reason there is none."""
+"""What every planner returns: a feasible profile, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ppg_env.game.plan import Profile
 
 
 class Status(StrEnum):
-    """How a planner ended; :data:`ADVICE` says what to do about it."""
+    """The way a planner ended; :data:`ADVICE` has a remedy for each."""
 
     OPTIMAL = "optimal"
     EQUILIBRIUM = "equilibrium"
@@ -28,10 +28,10 @@ class Status(StrEnum):
 
 ADVICE = {
     Status.OPTIMAL: "proved optimal",
-    Status.EQUILIBRIUM: "nobody can gain by changing alone",
-    Status.FEASIBLE: "the time limit ended the search with a plan in hand; raise the time limit, "
+    Status.EQUILIBRIUM: "no agent gains by a deviation",
+    Status.FEASIBLE: "the time limit ended the search with a feasible plan; raise the time limit, "
     "or shorten the horizon, to close the gap",
-    Status.CYCLE: "the updates repeat themselves; update one agent at a time",
+    Status.CYCLE: "the updates repeat; update one agent at a time",
     Status.NOT_CONVERGED: "the limit on rounds or time came before the equilibrium; raise it, or "
     "start from another profile",
     Status.INFEASIBLE: "no plan avoids every overlap of means; lengthen the horizon, move a start, "
@@ -45,15 +45,15 @@ ADVICE = {
 
 @dataclass(frozen=True)
 class Update:
-    """One step of best-response dynamics.
+    """One update of best-response dynamics.
 
     Attributes
     ----------
-    sweep : count of rounds, from 1.
-    agent : who moved.
-    before, after : what it pays, its shifted cost if selfish, with the old and the new plan.
-    potential : Phi of the rule of liability after the step; infinite while some means still
-        overlap or lack a plan, NaN if the rule has no potential.
+    sweep : number of the sweep, from 1.
+    agent : the agent that responded.
+    before, after : what it pays (its shifted cost, if selfish) with the old and the new plan.
+    potential : Phi of the liability rule after the update; infinite while means overlap or agents
+        lack a plan, NaN if the rule has no potential.
     """
 
     sweep: int
@@ -69,13 +69,13 @@ class Solution:
 
     Attributes
     ----------
-    game, name : what was solved, and for what (``nash``, ``potential``, ``social``, ...).
-    status, advice : how it ended, in a word and in a sentence.
-    profile, evaluation : the plans and the evaluator's judgement; None without a plan.
-    minimised : the quantity that was minimised, e.g. ``social_cost``; None for dynamics.
+    game, name : the game, and the solution concept (``nash``, ``potential``, ``social``, ...).
+    status, advice : how the planner ended, and a sentence for the user.
+    profile, evaluation : the plans and their evaluation; None without a plan.
+    minimised : name of the minimised quantity, e.g. ``social_cost``; None for dynamics.
     value : its value at the profile, by the evaluator.
     bound : proved lower bound on it over all profiles, -inf if none was proved.
-    regret : (N,) certified upper bounds on what each agent could gain alone; None if not asked.
+    regret : (N,) certified upper bounds on each agent's gain by a deviation; None if not computed.
     trace : the updates of best-response dynamics.
     seconds : wall time.
     """

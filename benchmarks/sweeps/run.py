@@ -74,7 +74,7 @@ def sweep(
                 base.put(row)
                 on_progress(1)
         rows = {cell.address: base.get(cell.address) for cell in own}
-    return [row for cell in own if (row := rows[cell.address]) is not None]
+    return [row for row in map(rows.get, (cell.address for cell in own)) if row is not None]
 
 
 def _run(cells: Sequence[Cell], jobs: int, backend: str) -> Generator[Row, None, None]:

@@ -13,7 +13,7 @@ A pair is in traffic at t iff t < T_i and t < T_j; an agent and an obstacle iff 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,30 +81,42 @@ class Evaluation:
 
     @property
     def feasible(self) -> bool:
-        """Whether every residual is within tolerance."""
-        return not self.violations()
+        """Whether every constraint holds within tolerance."""
+        return self.is_feasible()
+
+    def is_feasible(self, agents: Iterable[int] | None = None) -> bool:
+        """Return whether all constraints that involve ``agents`` (all by default) hold."""
+        return next(self._violated(agents), None) is None
 
     def violations(self, agents: Iterable[int] | None = None) -> tuple[str, ...]:
-        """One sentence for each violated constraint that involves ``agents`` (all by default)."""
+        """Return a sentence for each violated constraint that involves ``agents`` (or any)."""
+        return tuple(self._sentence(kind, index) for kind, index in self._violated(agents))
+
+    def _violated(self, agents: Iterable[int] | None) -> Iterator[tuple[str, int]]:
+        """Yield the kind of each violated constraint and its agent or, for overlaps, encounter."""
         chosen = set(range(len(self.arrival)) if agents is None else agents)
-        names, found = self.game.agent_names, []
         for i in sorted(chosen):
             if self.residuals.control[i] > tol.CONTROL:
-                found.append(
-                    f"a control of {names[i]} leaves its set by {self.residuals.control[i]:.3g}"
-                )
+                yield "control", i
             if self.arrival[i] is None:
-                found.append(
-                    f"the mean of {names[i]} misses its goal by "
-                    f"{self.residuals.goal[i]:.3g} within the horizon"
-                )
-        for encounter, depth in zip(self.game.encounters, self.residuals.overlap, strict=True):
-            if depth > tol.LENGTH and chosen.intersection(encounter.agents):
-                parties = [names[i] for i in encounter.agents]
-                if encounter.obstacle is not None:
-                    parties.append(f"obstacle {encounter.obstacle}")
-                found.append(f"the means of {' and '.join(parties)} overlap by {depth:.3g}")
-        return tuple(found)
+                yield "goal", i
+        for e, encounter in enumerate(self.game.encounters):
+            if self.residuals.overlap[e] > tol.LENGTH and chosen.intersection(encounter.agents):
+                yield "overlap", e
+
+    def _sentence(self, kind: str, index: int) -> str:
+        names, residual = self.game.agent_names, getattr(self.residuals, kind)[index]
+        if kind == "control":
+            return f"a control of {names[index]} leaves its set by {residual:.3g}"
+        if kind == "goal":
+            return (
+                f"the mean of {names[index]} misses its goal by {residual:.3g} within the horizon"
+            )
+        encounter = self.game.encounters[index]
+        parties = [names[i] for i in encounter.agents]
+        if encounter.obstacle is not None:
+            parties.append(f"obstacle {encounter.obstacle}")
+        return f"the means of {' and '.join(parties)} overlap by {residual:.3g}"
 
     @property
     def risk_bound(self) -> np.ndarray:

@@ -1,11 +1,11 @@
-r"""Cuts: what a few movers cost each other at least, exactly, when their arrivals are given.
+r"""Cuts: the exact least loss of a few movers among each other, for given arrivals.
 
 A part is a set of encounters: with more than three movers, those among three of them; with two or
-three, what each has with the obstacles.  Its value is the least loss that its movers can have in
-it while everybody else is left out.  That bounds their share of any plan's losses.  (Each pair
-alone says too little: two agents pass each other cheaply, three do not.)
+three movers, those of each with the obstacles.  Its value is the least loss that its movers can
+have in it when all other encounters are left out, which bounds their part of the losses of any
+plan.  (Pairs are too weak: two agents pass each other cheaply, three do not.)
 
-Values are found by trees of their own, once for all arrival vectors and for all symmetric parts.
+Values are found by searches of their own, once for all arrival vectors and symmetric parts.
 """
 
 from __future__ import annotations
@@ -13,119 +13,125 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import inf
 
 import numpy as np
 
 from solvers.budget import Budget
-from solvers.engine.branch_and_bound import Cut, Tree
-from solvers.engine.fixed_arrival_lp import INF, FixedProgram
+from solvers.engine.branch_and_bound import BranchAndBound, Cut
+from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry
 
 PATIENCE = 500
-"""Linear programs after which a search takes up cuts."""
+"""Linear programs after which a search adds cuts."""
 
-MOST = 3000
-"""Linear programs for one part: what is proved by then is a cut, too."""
+MOST_NODES = 3000
+"""Linear programs for one part: the bound that is proved by then is a cut, too."""
 
 SLACK = 1e-9
-"""Values are lowered by this, relative above 1, for the back end's tolerance."""
+"""Values are lowered by this, relative above 1, to allow for the back end's tolerance."""
 
 Part = tuple[int, ...]
 """Encounters, ascending."""
 
+PartArrivals = tuple[tuple[int, int], ...]
+"""Pairs (agent, arrival), ascending."""
+
 
 class CutPool:
-    """Values of parts for one subproblem, computed when first asked for."""
+    """Values of the parts of one subproblem, computed on demand."""
 
     def __init__(
         self, subproblem: Subproblem, symmetries: Sequence[Symmetry], budget: Budget
     ) -> None:
         self._subproblem, self._symmetries, self._budget = subproblem, symmetries, budget
-        self._begun, self._spent = budget.used, 0
-        self._known: dict[tuple[Part, tuple[tuple[int, int], ...]], float] = {}
-        self.parts = _triples(subproblem) or _alone(subproblem)
+        self._used_before, self._used_by_cuts = budget.used, 0
+        self._values: dict[tuple[Part, PartArrivals], float] = {}
+        self.parts = _triples(subproblem) or _obstacle_parts(subproblem)
 
     @property
     def due(self) -> bool:
-        """Whether the search has cost so much by now that cuts are worth their price."""
-        work = self._budget.used - self._begun - self._spent
+        """Whether the search has cost enough to pay for cuts."""
+        work = self._budget.used - self._used_before - self._used_by_cuts
         return bool(self.parts) and work >= PATIENCE
 
     def value(self, part: Part, arrivals: Mapping[int, int]) -> float:
-        """Lower bound on the weighted losses of ``part``, exact up to the tree's limit."""
-        part, mine = min(self._moved(one, part, arrivals) for one in self._symmetries)
-        if (part, mine) not in self._known:
-            self._known[part, mine] = self._solved(part, dict(mine))
-        return self._known[part, mine]
+        """Return a lower bound on the weighted losses of ``part``, exact up to the node limit."""
+        key = min(self._image(symmetry, part, arrivals) for symmetry in self._symmetries)
+        if key not in self._values:
+            self._values[key] = self._solved(key[0], dict(key[1]))
+        return self._values[key]
 
-    def _moved(
-        self, one: Symmetry, part: Part, arrivals: Mapping[int, int]
-    ) -> tuple[Part, tuple[tuple[int, int], ...]]:
+    def _image(
+        self, symmetry: Symmetry, part: Part, arrivals: Mapping[int, int]
+    ) -> tuple[Part, PartArrivals]:
+        """Return the part and its arrivals under a symmetry."""
         encounters = self._subproblem.game.encounters
         movers = {i for e in part for i in encounters[e].agents if i in arrivals}
         return (
-            tuple(sorted(one.encounters[e] for e in part)),
-            tuple(sorted((one.agents[i], arrivals[i]) for i in movers)),
+            tuple(sorted(symmetry.encounters[e] for e in part)),
+            tuple(sorted((symmetry.agents[i], arrivals[i]) for i in movers)),
         )
 
     def _solved(self, part: Part, arrivals: dict[int, int]) -> float:
-        known = presolve_encounters(self._subproblem, part, arrivals)
-        if known is None:
-            return INF
+        presolved = presolve_encounters(self._subproblem, part, arrivals)
+        if presolved is None:
+            return inf
 
         def make() -> FixedProgram:
-            return FixedProgram(self._subproblem, arrivals, known)
+            return FixedProgram(self._subproblem, arrivals, presolved)
 
-        share = self._budget.child(MOST)
-        tree = Tree(make, 0.0, INF, share, _estimate)
-        tree.search(INF)
-        self._budget.charge(share)
-        self._spent += share.used
+        child = self._budget.child(MOST_NODES)
+        tree = BranchAndBound(make, 0.0, inf, child, _estimate)
+        tree.search(inf)
+        self._budget.charge(child)
+        self._used_by_cuts += child.used
         return tree.bound - SLACK * max(1.0, tree.bound) if np.isfinite(tree.bound) else tree.bound
 
 
 @dataclass(frozen=True)
 class CutsAtArrivals:
-    """The cuts for one arrival vector, as a tree asks for them."""
+    """The cuts for one arrival vector."""
 
-    known: CutPool
+    pool: CutPool
     arrivals: Mapping[int, int]
 
     @property
     def due(self) -> bool:
-        """Whether it is time to take them up."""
-        return self.known.due
+        """Whether the search has cost enough to pay for cuts."""
+        return self.pool.due
 
     def cuts(self) -> Iterator[Cut]:
-        """One per part."""
-        for part in self.known.parts:
-            yield Cut(part, self.known.value(part, self.arrivals))
+        """Yield one cut per part."""
+        for part in self.pool.parts:
+            yield Cut(part, self.pool.value(part, self.arrivals))
 
 
 def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> float:
-    """A part's plans are nobody's: what counts is what the program thinks of them."""
+    """Return the LP value: a partial profile cannot be evaluated."""
     return estimate
 
 
-def _alone(subproblem: Subproblem) -> list[Part]:
-    """Each mover's weighty encounters with obstacles, if there are several movers."""
+def _weighted_encounters(subproblem: Subproblem) -> list[int]:
+    return [e for e in subproblem.encounters if subproblem.objective.encounter[e] > 0]
+
+
+def _obstacle_parts(subproblem: Subproblem) -> list[Part]:
+    """Return each mover's weighted encounters with obstacles, if there are several movers."""
     if len(subproblem.movers) < 2:
         return []
-    weighty = [e for e in subproblem.encounters if subproblem.objective.encounter[e] > 0]
-    fixed = [e for e in weighty if subproblem.game.encounters[e].obstacle is not None]
-    groups = (
-        tuple(e for e in fixed if subproblem.game.encounters[e].agents == (i,))
-        for i in subproblem.movers
-    )
+    encounters = subproblem.game.encounters
+    fixed = [e for e in _weighted_encounters(subproblem) if encounters[e].obstacle is not None]
+    groups = (tuple(e for e in fixed if encounters[e].agents == (i,)) for i in subproblem.movers)
     return [part for part in groups if part]
 
 
 def _triples(subproblem: Subproblem) -> list[Part]:
-    """The weighty encounters among every three movers, if there are more movers than that."""
+    """Return the weighted encounters among every three movers, if there are more than three."""
     if len(subproblem.movers) <= 3:
         return []
-    weighty = [e for e in subproblem.encounters if subproblem.objective.encounter[e] > 0]
-    who = {e: set(subproblem.game.encounters[e].agents) for e in weighty}
+    weighted = _weighted_encounters(subproblem)
+    agents = {e: set(subproblem.game.encounters[e].agents) for e in weighted}
     groups = [set(group) for group in combinations(subproblem.movers, 3)]
-    return [tuple(e for e in weighty if who[e] <= group) for group in groups]
+    return [tuple(e for e in weighted if agents[e] <= group) for group in groups]

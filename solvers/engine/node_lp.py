@@ -1,16 +1,17 @@
-r"""A node's linear program: the program of given arrivals with some faces switched on.
+r"""The linear program of a node: the program for fixed arrivals with the faces of the node.
 
-It is kept from node to node, so that the simplex method goes on from where it was.  Rows of three
-kinds come and go:
+The program is kept from node to node, so that the simplex method continues from the last basis.
+Rows of three kinds are added:
 
     faces       a_p' (r_i - r_j) - b_p >= unit_p s      while the node has chosen face p
-    tangents    l >= c(q) + c'(q) (s - q)               added where an answer sits, kept
-    cuts      sum_e omega_e sum_t l_et >= least       kept
+    tangents    l >= c(q) + c'(q) (s - q)               at the margins of solutions, kept
+    cuts        sum_e omega_e sum_t l_et >= least       kept
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -19,31 +20,28 @@ from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.margins import face_margins
 from solvers.budget import Budget
-from solvers.engine.fixed_arrival_lp import INF, Disjunction, FixedProgram, tangent
-from solvers.reference.cvxpy_backend import FEASIBILITY
+from solvers.engine.disjunction import Choice, Disjunction
+from solvers.engine.fixed_arrival_lp import FixedProgram, tangent
 
 CURVATURE = 1e-8
-"""A tangent is added where the loss is above the program's by more than this, times its weight."""
+"""A tangent is added where the weighted loss exceeds the relaxed one by more than this."""
 
 REFINEMENTS = 30
-"""Most rounds of tangents in one node; two or three are usual."""
-
-Choice = tuple[tuple[int, int], ...]
-"""Pairs (disjunction, face) that a node has switched on."""
+"""Largest number of rounds of tangents in one node; two or three are usual."""
 
 
 class Relaxation:
-    """The linear program of fixed arrivals, solved again and again with other faces.
+    """The linear program for fixed arrivals, solved repeatedly with different faces.
 
     Parameters
     ----------
-    program : what is solved.
-    spent : cost of the arrivals, which is added to every value.
+    program : the program without faces.
+    spent : time cost of the arrivals, added to every value.
 
     Attributes
     ----------
-    faces : all faces of the program, to price points.
-    on : disjunctions whose faces are switched on.
+    faces : all faces of the program, to compute the margins of points.
+    active : disjunctions of which a face holds.
     """
 
     def __init__(self, program: FixedProgram, spent: float, budget: Budget) -> None:
@@ -56,88 +54,88 @@ class Relaxation:
         self._lp = highspy.Highs()
         for name, value in OPTIONS.items():
             self._lp.setOptionValue(name, value)
-        self._lp.passModel(program.model())
+        self._lp.passModel(program.highs_model())
         self._first, self._rows = self._lp.getNumRow(), list[tuple[int, int] | None]()
-        self.on: list[int] = []
+        self.active: list[int] = []
 
-    def learn(self, encounters: Sequence[int], least: float) -> None:
-        """Let the weighted losses of ``encounters`` be ``least`` at least."""
+    def add_cut(self, encounters: Sequence[int], least: float) -> None:
+        """Require that the weighted losses of ``encounters`` add up to at least ``least``."""
         undecided = [m for m in self.program.disjunctions if m.encounter in encounters]
         least = least - sum(self.program.fixed_loss.get(e, 0.0) for e in encounters)
         if undecided and least > tol.MIP_GAP:
             columns = np.array([m.loss for m in undecided], dtype=np.int32)
             self._add(None, least, columns, np.array([m.weight for m in undecided]))
 
-    def switch(self, wanted: Choice) -> None:
-        """Let exactly the faces ``wanted`` hold."""
-        keep = set(wanted)
-        gone = [n for n, made in enumerate(self._rows) if made is not None and made not in keep]
-        if gone:
-            numbers = np.array(gone, dtype=np.int32) + self._first
+    def set_faces(self, choice: Choice) -> None:
+        """Replace the faces that hold by those of ``choice``."""
+        keep = set(choice)
+        obsolete = [n for n, face in enumerate(self._rows) if face is not None and face not in keep]
+        if obsolete:
+            numbers = np.array(obsolete, dtype=np.int32) + self._first
             self._lp.deleteRows(len(numbers), numbers)
-            self._rows = [made for made in self._rows if made is None or made in keep]
-        for made in wanted:
-            if made not in self._rows:
-                self._add(made, *self.program.row(*made))
-        self.on = [k for k, _ in wanted]
+            self._rows = [face for face in self._rows if face is None or face in keep]
+        for face in choice:
+            if face not in self._rows:
+                self._add(face, *self.program.face_row(*face))
+        self.active = [k for k, _ in choice]
 
-    def solve(self, cutoff: float = INF) -> tuple[float, np.ndarray] | None:
-        """Value and point of the program, with all tangents that matter there.
+    def solve(self, cutoff: float = inf) -> tuple[float, np.ndarray] | None:
+        """Return value and point of the optimum, with the tangents that it needs.
 
-        A value of ``cutoff`` or more may be too low.  It is infinite if the program has no
-        solution; None if the back end gives up.
+        The value is infinite if the program is infeasible, and a lower bound if it is ``cutoff``
+        or more.  The result is None if the back end fails.
         """
         for _ in range(REFINEMENTS):
             self._budget.tick()
             status = self._run()
             if status == self._infeasible:
-                return INF, np.zeros(0)
+                return inf, np.zeros(0)
             if status != self._optimal:
                 return None
             value = self._base + float(self._lp.getInfo().objective_function_value)
             point = np.array(self._lp.getSolution().col_value)
-            if value >= cutoff or not self._refine(point):
+            if value >= cutoff or not self._add_tangents(point):
                 break
         return value, point
 
-    def settle(self, means: Sequence[np.ndarray]) -> np.ndarray | None:
-        """The best point with the faces that count for ``means``, if there is one."""
-        margins = self.faces.margins(self.program.point(means))
+    def solve_at(self, means: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Return the optimum with the best faces of ``means``, if there is one."""
+        margins = self.faces.margins(self.program.point_at(means))
         best = [part.argmax() for part in np.split(margins, self.faces.first[1:])]
-        self.switch(tuple((k, int(p)) for k, p in enumerate(best) if self.program.disjunctions))
-        answer = self.solve()
-        return None if answer is None or answer[0] == INF else answer[1]
+        self.set_faces(tuple((k, int(p)) for k, p in enumerate(best) if self.program.disjunctions))
+        solution = self.solve()
+        return None if solution is None or solution[0] == inf else solution[1]
 
-    def price(self, disjunction: Disjunction) -> float:
-        """What a unit more of a disjunction's loss costs at least, by its reduced cost.
+    def reduced_cost(self, disjunction: Disjunction) -> float:
+        """Return the reduced cost of a disjunction's loss.
 
-        The program let it be as small as it may; another loss may shrink in return.
+        It is the least increase of the value per unit of loss: other losses may fall in return.
         """
         return max(float(self._lp.getSolution().col_dual[disjunction.loss]), 0.0)
 
     def _add(
-        self, made: tuple[int, int] | None, least: float, columns: np.ndarray, values: np.ndarray
+        self, face: tuple[int, int] | None, least: float, columns: np.ndarray, values: np.ndarray
     ) -> None:
-        """Add a row, for a chosen face or for good."""
-        self._lp.addRow(least, INF, len(columns), columns, values)
-        self._rows.append(made)
+        """Add the row of a chosen face, or a permanent row if ``face`` is None."""
+        self._lp.addRow(least, inf, len(columns), columns, values)
+        self._rows.append(face)
 
     def _run(self) -> Any:
-        """Solve the program as it is; from scratch and with the dual simplex if need be."""
+        """Solve the program; if that fails, solve it without a basis by the dual simplex method."""
         self._lp.run()
         status = self._lp.getModelStatus()
         if status in (self._optimal, self._infeasible):
             return status
-        # The primal simplex method sometimes cannot tell that there is no solution.
+        # The primal simplex method sometimes cannot decide that there is no solution.
         self._lp.clearSolver()
         self._lp.setOptionValue("simplex_strategy", 1)
         self._lp.run()
         self._lp.setOptionValue("simplex_strategy", OPTIONS["simplex_strategy"])
         return self._lp.getModelStatus()
 
-    def _refine(self, point: np.ndarray) -> bool:
-        """Add tangents at the margins of chosen faces; whether any was missing."""
-        on = [k for k in self.on if self.program.disjunctions[k].margin is not None]
+    def _add_tangents(self, point: np.ndarray) -> bool:
+        """Add tangents at the margins of chosen faces; return whether any was missing."""
+        on = [k for k in self.active if self.program.disjunctions[k].margin is not None]
         if not on:
             return False
         margins = np.clip(point[self.faces.margin_columns[on]], 0.0, self.faces.caps[on])
@@ -153,13 +151,14 @@ class Relaxation:
 
 
 class Faces:
-    """All faces of all disjunctions side by side, to price a point at once.
+    """All faces of all disjunctions in arrays, to compute the margins of a point at once.
 
     Attributes
     ----------
-    first : (K,) where each disjunction's faces begin.
-    times, caps, weights, margin_columns, losses : (K,) of the disjunctions; the last two are
-    columns. lowest : (K,) the least loss of each disjunction.
+    first : (K,) index of each disjunction's first face.
+    times, caps, weights : (K,) times, caps and weights of the disjunctions.
+    margin_columns, losses : (K,) columns of their margins and losses.
+    lowest : (K,) the least loss of each disjunction.
     least : per disjunction, (F,) the least loss that each of its faces allows.
     """
 
@@ -188,7 +187,7 @@ class Faces:
         self._units = np.array([face.unit for face in faces])
 
     def margins(self, point: np.ndarray) -> np.ndarray:
-        """The margin that each face gives the means of ``point``."""
+        """Return the margin of each face at the means of ``point``."""
         clear = (self._values * point[self._columns]).sum(axis=1) + self._constants
         return face_margins(clear, self._units)
 
@@ -196,10 +195,10 @@ class Faces:
 OPTIONS: dict[str, Any] = {
     "output_flag": False,
     "threads": 1,
-    "presolve": "off",  # nodes differ by a row or two, and go on from the last basis
+    "presolve": "off",  # nodes differ by a row or two and continue from the last basis
     "solver": "simplex",
-    "simplex_strategy": 4,  # primal: few steps from node to node, and duals that prune well
+    "simplex_strategy": 4,  # primal: few steps between nodes, and duals that prune well
     "primal_simplex_bound_perturbation_multiplier": 0.0,
-    "primal_feasibility_tolerance": FEASIBILITY,
-    "dual_feasibility_tolerance": FEASIBILITY,
+    "primal_feasibility_tolerance": tol.FEASIBILITY,
+    "dual_feasibility_tolerance": tol.FEASIBILITY,
 }

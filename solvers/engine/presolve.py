@@ -1,7 +1,7 @@
-r"""What the reachable sets leave open of the encounters, once arrivals are fixed.
+r"""Presolve: decide from the reachable sets what they determine, once arrivals are fixed.
 
-A presolve_encounter keeps the times at which somebody's choice still matters, and the faces that
-can count there; at all others the margin is at its cap, or what it is, whatever anybody does.
+A presolved encounter keeps the times at which its margin depends on the plans, and the faces that
+can be reached there; at all other times the margin is at its cap, or fixed.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ class Subproblem:
 
 @dataclass(frozen=True)
 class PresolvedEncounter:
-    """What the reachable sets leave open of one encounter, for given arrivals.
+    """The undecided part of one encounter, for given arrivals.
 
     Attributes
     ----------
-    index : of the encounter, in ``game.encounters``.
-    times : (K,) times at which something is left to decide.
-    faces : (K, F) whether a face can be the one that counts.
+    index : index in ``game.encounters``.
+    times : (K,) undecided times.
+    faces : (K, F) whether a face can be reached.
     high : (K, F) upper bounds of the clearance a_p'(r_i - r_j) - b_p.
     cap : (K,) largest margin within reach.
-    fixed_loss : loss of all other times in traffic, which no plan changes.
-    least : lower bound on the loss of ``times``.
+    fixed_loss : loss at all other times in traffic, which no plan changes.
+    least : lower bound on the loss at ``times``.
     """
 
     index: int
@@ -68,18 +68,20 @@ class PresolvedEncounter:
 def presolve_encounters(
     subproblem: Subproblem, encounters: Iterable[int], arrivals: Mapping[int, int]
 ) -> list[PresolvedEncounter] | None:
-    """:func:`presolve_encounter` of several encounters; None if one of them is excluded."""
-    found = [presolve_encounter(subproblem.game, e, arrivals, subproblem.given) for e in encounters]
-    known = [one for one in found if one is not None]
-    return known if len(known) == len(found) else None
+    """Return :func:`presolve_encounter` of several encounters; None if one is infeasible."""
+    results = [
+        presolve_encounter(subproblem.game, e, arrivals, subproblem.given) for e in encounters
+    ]
+    feasible = [result for result in results if result is not None]
+    return feasible if len(feasible) == len(results) else None
 
 
 def presolve_encounter(
     game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
 ) -> PresolvedEncounter | None:
-    """The encounter ``index`` when its movers arrive at ``arrivals`` and the others do as given.
+    """Presolve encounter ``index`` for movers that arrive at ``arrivals``; others are ``given``.
 
-    None if the reachable sets already exclude that the bodies keep apart.
+    The result is None if the reachable sets exclude that the bodies keep apart.
     """
     encounter = game.encounters[index]
     planned = {i: arrivals[i] if i in arrivals else given[i].arrival for i in encounter.agents}
@@ -116,9 +118,9 @@ def presolve_encounter(
 
 
 def matters(game: Game, index: int, mover: int, other: Plan, latest: int) -> bool:
-    """Whether any plan of ``mover`` that arrives by ``latest`` can come near ``other``'s plan.
+    """Return whether a plan of ``mover`` that arrives by ``latest`` can come near ``other``.
 
-    If not, the margin of their encounter is at its cap whatever the mover does.
+    If not, the margin of their encounter is at its cap for every plan of the mover.
     """
     encounter = game.encounters[index]
     planned = dict.fromkeys(encounter.agents, other.arrival) | {mover: latest}

@@ -1,10 +1,10 @@
-r"""Where an agent's mean can be at each time if it arrives at a given one.
+r"""Bounds on an agent's mean at each time, for a given arrival.
 
     forward     max a.r_t  over controls from the start
     backward    max a.r_t  over controls that still bring it to the goal in T - t steps
 
-Both bound the same plans, so the smaller counts.  The backward half needs an invertible A and a
-goal that fixes the whole state; elsewhere the forward half stands alone.
+Both bound the same plans, so the smaller one holds.  The backward bound needs an invertible A and
+a goal that fixes the whole state; otherwise the forward bound is used alone.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Reach:
         both = np.vstack([rows, -rows])
         self._count = len(rows)
         self._forward = reach_upper(agent, both, horizon)
-        known = BackwardReach.exists(agent)
-        self._backward = BackwardReach(agent, both, horizon) if known else None
+        has_backward = BackwardReach.exists(agent)
+        self._backward = BackwardReach(agent, both, horizon) if has_backward else None
         self._bounds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def bounds(self, arrival: int) -> tuple[np.ndarray, np.ndarray]:
-        """(arrival, F) lowest and highest a.r_t for t = 0..arrival - 1; remembered, read only."""
+        """Return (arrival, F) lowest and highest a.r_t for t = 0..arrival - 1, cached."""
         if arrival not in self._bounds:
             upper = self._forward[:arrival]
             if self._backward is not None:
@@ -40,7 +40,7 @@ class Reach:
         return self._bounds[arrival]
 
     def anywhere(self, latest: int) -> tuple[np.ndarray, np.ndarray]:
-        """(latest, F) lowest and highest a.r_t over all arrivals up to ``latest``."""
+        """Return (latest, F) lowest and highest a.r_t over all arrivals up to ``latest``."""
         low = np.full((latest, self._count), np.inf)
         high = -low
         for arrival in range(1, latest + 1):
@@ -52,5 +52,5 @@ class Reach:
 
 @lru_cache(maxsize=512)
 def reach_of(agent: Agent, normals: tuple[tuple[float, ...], ...], horizon: int) -> Reach:
-    """The same, remembered: games ask for it again and again."""
+    """Return the cached :class:`Reach` of an agent along ``normals``."""
     return Reach(agent, np.array(normals), horizon)

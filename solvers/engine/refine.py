@@ -1,55 +1,48 @@
-r"""Polishing: everybody's plans at once, with arrivals and faces as they are.
+r"""Refine a feasible profile: all plans at once, with arrivals and faces as they are.
 
-With each disjunction's best face fixed, what is left of any objective is convex, so one linear
-program
-(with tangents) finds its least value.  Best responses in turn come to the same place by many small
-steps; polishing takes them together.
+With the best face of each disjunction fixed, the rest of any objective is convex, so one linear
+program (with tangents) finds its least value.  Alternating best responses reach the same point in
+many small steps.
 """
 
 from __future__ import annotations
 
 from ppg_env import tolerances as tol
-from ppg_env.game.evaluation import Evaluation, evaluate
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.pricing import PricedProfile, price, price_profile
 
 ROUNDS = 10
-"""Most rounds; each may choose other faces than the last."""
+"""Largest number of rounds; each may choose other faces than the last."""
 
 
 def refine(objective: Objective, profile: Profile, budget: Budget) -> Profile:
-    """Plans of all agents that cost no more, found without new faces or arrivals.
+    """Return plans of all agents that cost no more, without new faces or arrivals.
 
-    ``profile`` has to be feasible, and comes back if there is nothing to gain.
+    ``profile`` must be feasible; it is returned if no improvement is found.
     """
-    value = evaluate(objective.game, profile).weighted(objective)
+    best = price_profile(objective, profile)
     for _ in range(ROUNDS):
-        if budget.out:
+        if best is None or budget.out:
             break
-        found = _round(objective, profile, budget)
-        if found is None or found[1].weighted(objective) > value - tol.IMPROVEMENT:
+        better = _reoptimised(objective, best.profile, budget)
+        if better is None or better.value > best.value - tol.IMPROVEMENT:
             break
-        profile, value = found[0], found[1].weighted(objective)
+        best, profile = better, better.profile
     return profile
 
 
-def _round(
-    objective: Objective, profile: Profile, budget: Budget
-) -> tuple[Profile, Evaluation] | None:
-    movers = range(len(profile))
+def _reoptimised(objective: Objective, profile: Profile, budget: Budget) -> PricedProfile | None:
+    """Return the optimum for the arrivals and the best faces of ``profile``, if feasible."""
     arrivals = {i: plan.arrival or 0 for i, plan in enumerate(profile)}
-    subproblem = Subproblem(objective, tuple(movers), {})
-    known = presolve_encounters(subproblem, subproblem.encounters, arrivals)
-    if known is None:
+    subproblem = Subproblem(objective, tuple(arrivals), {})
+    presolved = presolve_encounters(subproblem, subproblem.encounters, arrivals)
+    if presolved is None:
         return None
-    program = FixedProgram(subproblem, arrivals, known)
-    point = Relaxation(program, 0.0, budget).settle([plan.means for plan in profile])
-    if point is None:
-        return None
-    plans = program.plans(point)
-    evaluation = evaluate(objective.game, plans)
-    return None if evaluation.violations() else (plans, evaluation)
+    program = FixedProgram(subproblem, arrivals, presolved)
+    point = Relaxation(program, 0.0, budget).solve_at([plan.means for plan in profile])
+    return None if point is None else price(objective, program.controls_at(point), {})

@@ -1,14 +1,14 @@
-r"""Symmetries of a game: turns and mirrors about a centre that map it to itself.
+r"""Symmetries of a game: rotations and reflections about a centre that map it to itself.
 
 A symmetry is a signed permutation Q of the axes with a permutation g of the agents, such that
-agent g(i) is agent i seen in the mirror: start, goal, bodies, inputs, noise, gain, dynamics, lam,
-and what each of its encounters is worth.  Plans of equal cost then come in orbits, and of those
-one is enough.  States are positions and their derivatives, d components each, all turned alike.
+agent g(i) is the image of agent i: start, goal, bodies, inputs, noise, gain, dynamics, lam, and the
+weights of its encounters.  Plans of equal cost then come in orbits, and one of each is searched.
+States are positions and their derivatives, d components each, all mapped by Q.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import permutations, product
 
@@ -24,11 +24,11 @@ from ppg_env.game.polytope import Polytope
 
 @dataclass(frozen=True)
 class Symmetry:
-    """One of them.
+    """One symmetry of a game.
 
     Attributes
     ----------
-    agents, encounters : images of their indices.
+    agents, encounters : images of the indices of agents and encounters.
     faces : per encounter, (F,) images of the faces of its collision set.
     """
 
@@ -37,7 +37,7 @@ class Symmetry:
     faces: tuple[tuple[int, ...], ...]
 
     def moved(self, arrivals: Mapping[int, int]) -> tuple[int, ...]:
-        """The arrivals of all agents, seen in the mirror."""
+        """Return the image of the arrivals of all agents."""
         result = [0] * len(self.agents)
         for i, time in arrivals.items():
             result[self.agents[i]] = time
@@ -45,66 +45,86 @@ class Symmetry:
 
 
 def identity(game: Game) -> Symmetry:
-    """The symmetry that every game has."""
+    """Return the symmetry that maps every agent to itself."""
     faces = tuple(tuple(range(len(e.collision.offsets))) for e in game.encounters)
-    everything = range(len(game.encounters))
-    return Symmetry(tuple(range(len(game.agents))), tuple(everything), faces)
+    agents, encounters = range(len(game.agents)), range(len(game.encounters))
+    return Symmetry(tuple(agents), tuple(encounters), faces)
 
 
 def symmetries(objective: Objective) -> list[Symmetry]:
-    """All of them, the identity first; games of unusual states have only that one."""
+    """Return all symmetries, the identity first.
+
+    Where states are no positions and derivatives of equal dimensions, it is the only one.
+    """
     game = objective.game
     first = game.agents[0]
     d, n, m = game.dim, first.state_dim, first.control_dim
     alike = all((a.state_dim, a.control_dim) == (n, m) for a in game.agents)
-    found = [identity(game)]
+    result = [identity(game)]
     if not alike or n % d or m % d or d > 3:
-        return found
+        return result
     centre = np.zeros(n)
     centre[:d] = np.mean([agent.start[:d] for agent in game.agents], axis=0)
     for order, signs in product(permutations(range(d)), product((1.0, -1.0), repeat=d)):
         turn = np.eye(d)[list(order)] * np.array(signs)
-        one = _symmetry(objective, turn, centre)
-        if one is not None and one not in found:
-            found.append(one)
-    return found
+        symmetry = _symmetry(objective, turn, centre)
+        if symmetry is not None and symmetry not in result:
+            result.append(symmetry)
+    return result
 
 
 def _symmetry(objective: Objective, turn: np.ndarray, centre: np.ndarray) -> Symmetry | None:
-    game, agents = objective.game, []
-    for i, agent in enumerate(game.agents):
-        images = [
-            j
-            for j, other in enumerate(game.agents)
-            if np.isclose(objective.time[i], objective.time[j], atol=0)
-            and _mirrored(agent, other, turn, centre)
-        ]
+    """Return the symmetry of a turn about ``centre``, if the turn maps the game to itself."""
+    game, tau = objective.game, objective.time
+
+    def maps(i: int, j: int) -> bool:
+        alike = np.isclose(tau[i], tau[j], atol=0)
+        return bool(alike and _mirrored(game.agents[i], game.agents[j], turn, centre))
+
+    def covers(k: int, m: int) -> bool:
+        bodies = game.obstacles[k], game.obstacles[m]
+        return _face_images(*bodies, turn, centre[: game.dim]) is not None
+
+    agents = _permutation(range(len(game.agents)), maps)
+    obstacles = None if agents is None else _permutation(range(len(game.obstacles)), covers)
+    if agents is None or obstacles is None:
+        return None
+    return _with_encounters(objective, agents, obstacles, turn, centre[: game.dim])
+
+
+def _permutation(numbers: range, maps: Callable[[int, int], bool]) -> list[int] | None:
+    """Return the image of each number; None if one has no image, or several."""
+    result = []
+    for i in numbers:
+        images = [j for j in numbers if maps(i, j)]
         if len(images) != 1:
             return None
-        agents.append(images[0])
-    obstacles = []
-    for body in game.obstacles:
-        images = [
-            k
-            for k, other in enumerate(game.obstacles)
-            if _same(body, other, turn, centre[: game.dim]) is not None
-        ]
-        if len(images) != 1:
-            return None
-        obstacles.append(images[0])
+        result.append(images[0])
+    return result
+
+
+def _with_encounters(
+    objective: Objective,
+    agents: list[int],
+    obstacles: list[int],
+    turn: np.ndarray,
+    centre: np.ndarray,
+) -> Symmetry | None:
+    """Add the images of encounters and faces; None if their weights or faces do not match."""
+    game = objective.game
     places = {(e.agents, e.obstacle): k for k, e in enumerate(game.encounters)}
     encounters, faces = [], []
     for k, encounter in enumerate(game.encounters):
-        where = [agents[i] for i in encounter.agents]
+        pair = [agents[i] for i in encounter.agents]
         obstacle = None if encounter.obstacle is None else obstacles[encounter.obstacle]
-        image = places[tuple(sorted(where)), obstacle]
-        # r_i - r_j of the image counts from the lower index, whichever that has become.
-        sign = -1.0 if sorted(where) != where else 1.0
-        shift = centre[: game.dim] if encounter.obstacle is not None else np.zeros(game.dim)
-        mapped = _same(encounter.collision, game.encounters[image].collision, sign * turn, shift)
-        if mapped is None or not np.isclose(
-            objective.encounter[k], objective.encounter[image], atol=0
-        ):
+        image = places[tuple(sorted(pair)), obstacle]
+        # The displacement of the image is that of its lower index from the higher one.
+        sign = -1.0 if sorted(pair) != pair else 1.0
+        shift = centre if encounter.obstacle is not None else np.zeros(game.dim)
+        collision = game.encounters[image].collision
+        mapped = _face_images(encounter.collision, collision, sign * turn, shift)
+        weights = objective.encounter[k], objective.encounter[image]
+        if mapped is None or not np.isclose(*weights, atol=0):
             return None
         encounters.append(image)
         faces.append(mapped)
@@ -112,7 +132,7 @@ def _symmetry(objective: Objective, turn: np.ndarray, centre: np.ndarray) -> Sym
 
 
 def _mirrored(agent: Agent, other: Agent, turn: np.ndarray, centre: np.ndarray) -> bool:
-    """Whether ``other`` is what ``agent`` looks like after the turn about the centre."""
+    """Return whether ``other`` is the image of ``agent`` under the turn about the centre."""
     d = agent.dim
     state = np.kron(np.eye(agent.state_dim // d), turn)
     inputs = np.kron(np.eye(agent.control_dim // d), turn)
@@ -120,7 +140,7 @@ def _mirrored(agent: Agent, other: Agent, turn: np.ndarray, centre: np.ndarray) 
     goal = state[: agent.goal.size, : agent.goal.size]
     pairs = [
         (state @ (agent.start - centre), other.start - centre),
-        (agent.A @ centre, centre),  # the turn is about a point that rests without inputs
+        (agent.A @ centre, centre),  # the centre is at rest without inputs
         (state @ agent.A @ state.T, other.A),
         (state @ agent.B @ inputs.T, other.B),
         (inputs @ agent.gain @ state.T, other.gain),
@@ -131,25 +151,25 @@ def _mirrored(agent: Agent, other: Agent, turn: np.ndarray, centre: np.ndarray) 
         return False
     pairs.append((goal @ (agent.goal - part), other.goal - part))
     return (
-        all(np.allclose(one, two, rtol=0, atol=tol.SYMMETRY) for one, two in pairs)
-        and _same(agent.shape, other.shape, turn, np.zeros(d)) is not None
+        all(np.allclose(image, value, rtol=0, atol=tol.SYMMETRY) for image, value in pairs)
+        and _face_images(agent.shape, other.shape, turn, np.zeros(d)) is not None
         and _same_controls(agent, other, inputs)
     )
 
 
 def _same_controls(agent: Agent, other: Agent, turn: np.ndarray) -> bool:
-    """Whether the turn makes every control set of ``agent`` that of ``other``, at all times."""
-    mine, others = pieces(agent.control), pieces(other.control)
-    return [first for first, _ in mine] == [first for first, _ in others] and all(
-        _same(one, two, turn, np.zeros(one.dim)) is not None
-        for (_, one), (_, two) in zip(mine, others, strict=True)
+    """Return whether the turn maps the control sets of ``agent`` to those of ``other``."""
+    sets, images = pieces(agent.control), pieces(other.control)
+    return [first for first, _ in sets] == [first for first, _ in images] and all(
+        _face_images(control, image, turn, np.zeros(control.dim)) is not None
+        for (_, control), (_, image) in zip(sets, images, strict=True)
     )
 
 
-def _same(
+def _face_images(
     body: Polytope, other: Polytope, turn: np.ndarray, centre: np.ndarray
 ) -> tuple[int, ...] | None:
-    """Images of the faces of ``body`` if the turn about ``centre`` makes it ``other``."""
+    """Return the images of the faces of ``body`` if the turn maps it to ``other``."""
     if body.normals.shape != other.normals.shape:
         return None
     normals = body.normals @ turn.T

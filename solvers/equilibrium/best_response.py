@@ -5,6 +5,7 @@ from __future__ import annotations
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
+from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.liability import Liability, make_rule
@@ -21,25 +22,26 @@ def best_response(
     solver: str = ENGINE,
     time_limit: float | None = None,
 ) -> Solution:
-    """The cheapest plan of ``agent`` while all others keep theirs (MP2; MP1 if it is alone).
+    """Find the cheapest plan of ``agent`` while all others keep theirs (MP2; MP1 if alone).
 
     Parameters
     ----------
     game, agent, profile
-        The game, the index of the agent that plans, and everybody's plans (its own is ignored;
-        None only in a game of one agent).
+        The game, the index of the agent that plans, and the plans of all agents (its own is
+        ignored; None only in a game of one agent).
     charge
-        The rule of liability (:mod:`solvers.liability`): ``selfish`` minimises J_i, ``partial:a``
-        and ``pigou`` add a share or all of the harm to others, ``right-of-way`` has one pay.
+        The liability rule (:mod:`solvers.liability`): ``selfish`` minimises J_i, ``partial:a``
+        and ``pigou`` add a share or all of the harm to others, ``right-of-way`` lets one agent of
+        each pair pay everything.
     solver, time_limit
-        Name of a MILP solver that cvxpy knows; seconds, None for no limit.
+        ``ENGINE`` or the name of a MILP solver that cvxpy knows; seconds, None for no limit.
 
     Returns
     -------
     Solution
         ``profile`` is the given one with the agent's plan replaced, ``value`` what it then pays
         (its shifted cost, if selfish), ``bound`` a proved lower bound on that.  Without a plan,
-        ``status`` and ``advice`` say why.
+        ``status`` and ``advice`` give the reason.
 
     Raises
     ------
@@ -48,18 +50,18 @@ def best_response(
     """
     check_agent(game, agent)
     rule, budget = make_rule(game, charge), Budget(time_limit)
-    found = respond(rule, agent, profile, check_solver(solver), budget)
-    status, advice = explain(game, found, (agent,))
+    response = respond(rule, agent, profile, check_solver(solver), budget)
+    status, advice = explain(game, response, (agent,))
     return Solution(
         game,
         "best-response",
         status,
         advice,
-        found.profile,
-        found.evaluation,
-        f"{'shifted_cost' if charge == 'selfish' else 'charge'}[{agent}]",
-        found.value,
-        found.bound,
+        response.profile,
+        response.evaluation,
+        f"{'shifted_cost' if rule.charge == 'selfish' else 'charge'}[{agent}]",
+        response.value,
+        response.bound,
         seconds=budget.spent,
     )
 
@@ -67,32 +69,30 @@ def best_response(
 def respond(
     rule: Liability, agent: int, profile: Profile | None, solver: str, budget: Budget
 ) -> SearchResult:
-    """:func:`best_response` for arguments that were checked, without the story around it."""
+    """Return the best response of ``agent`` under a rule, for arguments that were checked."""
     size = len(rule.game.agents)
     if profile is None or len(profile) != size:
         require(
             size == 1,
             "profile",
             "does not have one plan per agent",
-            "give everybody's plans",
+            "give a plan of every agent",
         )
     return minimise(rule.costs[agent], (agent,), profile, solver, budget)
 
 
-def explain(game: Game, found: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
-    """Status and advice, with the agents whose goals are out of reach named."""
-    advice = ADVICE[found.status]
-    if found.status is Status.UNREACHABLE:
+def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
+    """Return status and advice, with the agents named whose goals are out of reach."""
+    advice = ADVICE[result.status]
+    if result.status is Status.UNREACHABLE:
         advice = unreachable_advice(game, movers)
-    elif found.detail and found.status is Status.ERROR:
-        advice += f" (it said: {found.detail})"
-    return found.status, advice
+    elif result.detail and result.status is Status.ERROR:
+        advice += f" (it reported: {result.detail})"
+    return result.status, advice
 
 
 def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
-    """Which goal cannot be reached in time, and what horizon would do."""
-    from ppg_env.game.reachability import earliest_arrival
-
+    """Return which goal cannot be reached in time, and the horizon that would suffice."""
     for i in movers:
         agent = game.agents[i]
         if earliest_arrival(agent, game.horizon) is None:
@@ -106,7 +106,7 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
 
 
 def check_agent(game: Game, agent: int) -> None:
-    """Refuse an agent index that the game does not have."""
+    """Raise InputError if the game has no agent of that index."""
     if not 0 <= agent < len(game.agents):
         raise InputError(
             "agent",

@@ -1,4 +1,4 @@
-r"""Certificates of equilibrium: how much could each agent still gain by changing alone?
+r"""Certificates of equilibrium: upper bounds on what each agent gains by a deviation.
 
     regret_i = J_i(profile) - min over its own plans of J_i  <=  J_i(profile) - bound_i
 
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
@@ -20,8 +19,8 @@ from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver
 from solvers.equilibrium.best_response import respond
+from solvers.equilibrium.regret_proofs import proved_bound
 from solvers.liability import make_rule
-from solvers.search_result import SearchResult
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Certificate:
     Attributes
     ----------
     cost : (N,) what each agent pays in the profile: its shifted cost J_i, if selfish.
-    bound : (N,) proved lower bound on what that could be by own choice.
+    bound : (N,) proved lower bound on what it pays after any deviation.
     regret : (N,) cost - bound, never negative.
     """
 
@@ -40,12 +39,12 @@ class Certificate:
 
     @property
     def regret(self) -> np.ndarray:
-        """(N,) certified upper bound on each agent's possible gain."""
+        """(N,) certified upper bound on each agent's gain by a deviation."""
         return np.maximum(self.cost - self.bound, 0.0)
 
     @property
     def epsilon(self) -> float:
-        """The profile is an epsilon-equilibrium with this epsilon."""
+        """The largest regret: the profile is an epsilon-equilibrium."""
         return float(self.regret.max())
 
 
@@ -57,14 +56,21 @@ def certify(
     solver: str = ENGINE,
     time_limit: float | None = None,
 ) -> Certificate:
-    """Bound every agent's regret in ``profile``; ``time_limit`` (seconds) is for all together.
+    """Bound every agent's regret in ``profile`` from above.
 
-    Regret is about what agents pay under the rule ``charge`` (:mod:`solvers.liability`).
+    Parameters
+    ----------
+    profile
+        A feasible plan of every agent.
+    charge
+        The liability rule (:mod:`solvers.liability`) that defines what agents pay.
+    solver, time_limit
+        Name of the solver; seconds for all agents together, None for no limit.
 
     Raises
     ------
     InputError
-        If the evaluator does not accept the profile, or an option does not exist.
+        If the profile is not feasible, or an option does not exist.
     """
     rule = make_rule(game, charge)
     solver, budget = check_solver(solver), Budget(time_limit)
@@ -76,23 +82,9 @@ def certify(
             f"is no plan to certify, since {violations[0]}",
             "certify a plan that a planner returned",
         )
-    costs, bounds = [], []
-    for i in range(len(game.agents)):
-        costs.append(evaluation.weighted(rule.costs[i]))
-        found = respond(rule, i, profile, solver, budget)
-        bounds.append(proved_bound(game, i, costs[-1], found))
+    costs = [evaluation.weighted(cost) for cost in rule.costs]
+    bounds = []
+    for i, cost in enumerate(costs):
+        response = respond(rule, i, profile, solver, budget)
+        bounds.append(proved_bound(game, i, cost, response))
     return Certificate(np.array(costs), np.array(bounds))
-
-
-def proved_bound(game: Game, agent: int, cost: float, found: SearchResult) -> float:
-    """The bound of a best response, unless the plan in hand refutes it.
-
-    A bound above a cost that the evaluator found is a back end's error; what is left then is
-    the cost of the agent's time at top speed, with no losses at all.
-    """
-    if found.bound <= cost + tol.AGREEMENT * max(1.0, abs(cost)):
-        return found.bound
-    from ppg_env.game.reachability import earliest_arrival
-
-    fastest = earliest_arrival(game.agents[agent], game.horizon) or 0
-    return game.agents[agent].lam * fastest

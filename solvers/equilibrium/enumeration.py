@@ -1,11 +1,11 @@
-r"""Many equilibria of one game, each named by who passes whom on which side.
+r"""Enumerate equilibria of one game, each named by who passes whom on which side.
 
 Best-response dynamics end in different equilibria from different starts and orders.  They are
-collected, certified, told apart by their passing sides, and compared by social cost and by risk.
+certified, distinguished by their passing sides, and compared by social cost and by risk.
 
 In two dimensions the displacement r_i - r_j turns while two agents pass each other: by more than a
 right angle to the left (counter-clockwise) if they keep each other on their left, to the right
-otherwise.  In other dimensions there are no sides, and equilibria are told apart by their costs.
+otherwise.  Other dimensions have no sides, and equilibria are distinguished by their costs.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from ppg_env import tolerances as tol
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.dispatch import ENGINE
-from solvers.equilibrium.best_response_dynamics import STARTS, best_response_dynamics
+from solvers.equilibrium.best_response_dynamics import best_response_dynamics
+from solvers.equilibrium.start_profile import STARTS
 from solvers.solution import Solution, Status
 
 PASSING = np.pi / 2
@@ -28,13 +29,13 @@ PASSING = np.pi / 2
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """One of the collected ones.
+    """One kind of equilibrium.
 
     Attributes
     ----------
     name : who passes whom on which side, such as ``0<1 left, 1<2 right``; ``nobody passes``.
-    solution : the certified profile.
-    found : how many runs ended here.
+    solution : the cheapest certified profile of this kind.
+    found : number of runs that ended in this kind.
     """
 
     name: str
@@ -51,11 +52,11 @@ def collect_equilibria(
     time_limit: float | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Equilibrium]:
-    """Distinct certified equilibria that ``runs`` runs of the dynamics end in, cheapest first.
+    """Return the distinct certified equilibria of ``runs`` runs of the dynamics, cheapest first.
 
     Runs differ in their start (straight, sequential) and in the order of the agents, drawn from
-    ``seed``.  Equilibria of one name are one kind: of these the cheapest is kept.
-    ``time_limit`` (seconds) is for each run; ``progress`` is called after each with its number.
+    ``seed``.  Equilibria of one name are one kind, of which the cheapest is kept.
+    ``time_limit`` (seconds) applies to each run; ``progress`` is called after each with its number.
     """
     kinds: dict[str, Equilibrium] = {}
     for run, (start, order) in enumerate(_runs(game, runs, seed)):
@@ -68,16 +69,17 @@ def collect_equilibria(
             continue
         name = passing(game, solution.profile)
         if game.dim != 2:
-            assert solution.evaluation is not None
-            name = f"social cost {solution.evaluation.social_cost:.4f}"
-        known = kinds.get(name)
-        better = known is None or _cost(solution) < _cost(known.solution) - tol.IMPROVEMENT
-        kept = solution if better or known is None else known.solution
-        kinds[name] = Equilibrium(name, kept, 1 if known is None else known.found + 1)
+            name = f"social cost {_cost(solution):.4f}"
+        previous = kinds.get(name)
+        count = 1 if previous is None else previous.found + 1
+        if previous is not None and _cost(solution) >= _cost(previous.solution) - tol.IMPROVEMENT:
+            solution = previous.solution
+        kinds[name] = Equilibrium(name, solution, count)
     return sorted(kinds.values(), key=lambda kind: (_cost(kind.solution), kind.name))
 
 
 def _runs(game: Game, runs: int, seed: int) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Yield the start and the order of each run."""
     random, size = np.random.default_rng(seed), len(game.agents)
     order = tuple(range(size))
     for run in range(runs):
@@ -92,7 +94,7 @@ def _cost(solution: Solution) -> float:
 
 
 def passing(game: Game, profile: Profile) -> str:
-    """Who passes whom on which side, pairs in ascending order."""
+    """Return who passes whom on which side, pairs in ascending order."""
     words = []
     for encounter in game.encounters:
         if len(encounter.agents) < 2 or game.dim != 2:
@@ -100,8 +102,8 @@ def passing(game: Game, profile: Profile) -> str:
         i, j = encounter.agents
         ends = [profile[k].arrival for k in (i, j)]
         until = min(game.horizon if end is None else end for end in ends)
-        apart = (profile[i].means - profile[j].means)[: until + 1, :2]
-        angles = np.unwrap(np.arctan2(apart[:, 1], apart[:, 0]))
+        displacements = (profile[i].means - profile[j].means)[: until + 1, :2]
+        angles = np.unwrap(np.arctan2(displacements[:, 1], displacements[:, 0]))
         turn = float(angles[-1] - angles[0])
         if abs(turn) > PASSING:
             words.append(f"{i}<{j} {'left' if turn > 0 else 'right'}")

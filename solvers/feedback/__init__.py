@@ -1,1 +1,1 @@
-"""Policies that observe the state while they play."""
+"""Players that respond to the observed state."""

@@ -1,8 +1,7 @@
-"""Oracle players for the environment: plans tracked, and plans made anew on the way.
+"""Receding-horizon players for the environment.
 
-``receding_horizon`` re-solves the best response every few steps from the observed state: the
-agent predicts that the others go on with the plans it knows, their deviations shrinking by their
-gains, and answers that.
+Every few steps, a player solves its best response from the observed state.  It predicts that the
+other agents follow their initial plans, and that their deviations shrink by their gains.
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ from solvers.dispatch import ENGINE, minimise
 
 
 class RecedingHorizon:
-    """Plans anew every ``every`` steps from the states it sees; tracks its plan in between.
+    """A player that replans every ``every`` steps and tracks its plan in between.
 
-    Each copy costs one mixed-integer program per decision, so this is for hundreds of episodes.
-    Where no plan is found in ``time_limit`` seconds the last one goes on.
+    Each copy solves one mixed-integer program per decision, so this is for hundreds of episodes.
+    If no plan is found in ``time_limit`` seconds, the last plan stays in use.
 
     Parameters
     ----------
     game, agent, profile
-        The game, who plays, and the plans that everybody is expected to follow at the start.
+        The game, the index of the player's agent, and the plans expected of all agents.
     every
         Steps between two plans, 1 or more.
     """
@@ -52,12 +51,15 @@ class RecedingHorizon:
         require(every >= 1, "every", f"is {every}", "plan at least every step")
         self._game, self._agent, self._profile = game, agent, profile
         self._every, self._solver, self._limit = every, solver, time_limit
-        self._homing, self._first = GoToGoal(game, agent), Tracker(game, agent, profile[agent])
+        self._go_to_goal, self._tracker = (
+            GoToGoal(game, agent),
+            Tracker(game, agent, profile[agent]),
+        )
         self._plans: dict[int, tuple[int, Plan]] = {}
 
     def act(self, view: View) -> np.ndarray:
-        """Actions (C, m), planning anew in every copy whose turn it is."""
-        action = self._first.act(view)
+        """Return actions (C, m); copies whose turn it is replan first."""
+        action = self._tracker.act(view)
         for copy in np.flatnonzero(view.in_traffic[:, self._agent]).tolist():
             t = int(view.clock[copy])
             if t == 0:
@@ -69,64 +71,66 @@ class RecedingHorizon:
         return action
 
     def _follow(self, copy: int, t: int, view: View) -> np.ndarray:
-        begun, plan = self._plans[copy]
+        """Return the action (m,) of one copy at step ``t`` under its last plan."""
+        planned_at, plan = self._plans[copy]
         mover = self._game.agents[self._agent]
         state = view.state[copy, self._agent, : mover.state_dim]
-        step = t - begun
+        step = t - planned_at
         if plan.arrival is None or step >= plan.arrival:
-            return self._homing.towards_goal(state[None], view.clock[[copy]])[0]
+            return self._go_to_goal.towards_goal(state[None], view.clock[[copy]])[0]
         return plan.controls[step] - mover.gain @ (state - plan.means[step])
 
     def _replan(self, copy: int, t: int, view: View) -> None:
+        """Store the best response of one copy from its states at step ``t``, if there is one."""
         game, left = self._game, max(self._game.horizon - t, 1)
         agents, plans = [], []
         for i, agent in enumerate(game.agents):
             state = view.state[copy, i, : agent.state_dim]
-            to_come = later(agent.control, t)
+            control = later(agent.control, t)
             agents.append(
-                replace(agent, start=state, control=to_come, sigma0=np.zeros_like(agent.sigma0))
+                replace(agent, start=state, control=control, sigma0=np.zeros_like(agent.sigma0))
             )
             plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
         for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
             try:
                 now = replace(game, agents=tuple(agents), horizon=horizon)
-            except InputError:  # bodies overlap already: there is nothing left to plan
+            except InputError:  # bodies overlap already
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)
             own_cost, budget = selfish(now, self._agent), Budget(self._limit)
-            found = minimise(own_cost, (self._agent,), given, self._solver, budget)
-            if found.profile is not None:
-                self._plans[copy] = (t, found.profile[self._agent])
+            response = minimise(own_cost, (self._agent,), given, self._solver, budget)
+            if response.profile is not None:
+                self._plans[copy] = (t, response.profile[self._agent])
                 return
 
-    def _predicted(self, i: int, state: np.ndarray, t: int, steps: int, there: bool) -> Plan:
-        """Where agent i will be if it goes on with its plan and its gain, from ``state`` at t."""
+    def _predicted(self, i: int, state: np.ndarray, t: int, steps: int, in_traffic: bool) -> Plan:
+        """Return the means of agent i if it follows its plan and gain from ``state`` at t."""
         agent, plan = self._game.agents[i], self._profile[i]
         means, error = np.empty((steps + 1, agent.state_dim)), state - plan.means[t]
         for k in range(steps + 1):
             means[k] = plan.means[min(t + k, self._game.horizon)] + error
             error = agent.closed_loop @ error
         end = self._game.horizon if plan.arrival is None else plan.arrival
-        arrival = max(end - t, 1) if there else 0
+        arrival = max(end - t, 1) if in_traffic else 0
         return Plan(
             frozen_array(np.zeros((steps, agent.control_dim))), frozen_array(means), arrival
         )
 
 
 def _stretched(plan: Plan, horizon: int) -> Plan:
-    """``plan`` with its last mean held up to ``horizon``."""
+    """Return ``plan`` with its last mean repeated up to ``horizon``."""
     missing = horizon + 1 - len(plan.means)
     if missing <= 0:
         return plan
-    held = np.vstack([plan.means, np.repeat(plan.means[-1:], missing, axis=0)])
+    means = np.vstack([plan.means, np.repeat(plan.means[-1:], missing, axis=0)])
     controls = np.zeros((horizon, plan.controls.shape[1]))
-    return Plan(frozen_array(controls), frozen_array(held), plan.arrival)
+    return Plan(frozen_array(controls), frozen_array(means), plan.arrival)
 
 
 def receding_horizon(
     game: Game, profile: Profile, *, every: int = 3, solver: str = ENGINE
 ) -> Sequence[Player]:
-    """Everybody plans anew every ``every`` steps, expecting the others to keep to ``profile``."""
+    """Return a :class:`RecedingHorizon` player per agent, all of which expect ``profile``."""
     return [
         RecedingHorizon(game, i, profile, every=every, solver=solver)
         for i in range(len(game.agents))

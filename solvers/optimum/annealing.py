@@ -1,11 +1,11 @@
-r"""Joint plans of many agents: annealing by taking two out and putting them back.
+r"""Joint plans of many agents: annealing that removes two agents and inserts them again.
 
-Best responses in turn lower the objective as far as one agent at a time can.  Then, again and
-again, two agents that pass each other leave the game and come back one by one, each with its best
-response to those who are there.  What costs v more is taken with probability exp(-v / heat), and
-the heat falls from the price of one step of an agent's time to nothing: arrivals are whole steps,
-so that there are few small ways down.  At last pairs are planned jointly.  All this finds plans
-and proves nothing: the proof comes from :mod:`solvers.optimum.pair_bound`.
+Best responses in turn lower the objective as far as single agents can.  Then, repeatedly, two
+agents that pass each other leave the game and return one after the other, each with its best
+response to the agents that are present.  An increase of v is accepted with probability
+exp(-v / heat), and the heat falls from the cost of one time step of an agent to zero: arrivals are
+whole steps, so that there are few small steps down.  Finally pairs are planned jointly.  The
+result has no proof; bounds come from :mod:`solvers.optimum.pair_bound`.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from itertools import combinations
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.evaluation import evaluate
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import minimise
-from solvers.engine.fixed_arrival_lp import INF
 from solvers.engine.refine import refine
 from solvers.equilibrium.best_response import respond
-from solvers.equilibrium.best_response_dynamics import absent, best_response_dynamics
-from solvers.liability import Liability
+from solvers.equilibrium.best_response_dynamics import run_dynamics
+from solvers.equilibrium.start_profile import absent_plan
+from solvers.liability import Liability, make_rule
+from solvers.pricing import PricedProfile, price_profile
 
 SWEEPS = 6
-"""Most rounds of responses before groups begin."""
+"""Largest number of sweeps of best responses before annealing."""
 
 CYCLES = 3
-"""Times that the best profile is heated: where a cycle ends is a matter of luck."""
+"""Number of times that the best profile is heated: single cycles end in local minima."""
 
 COOLING = 20
-"""Rounds per agent over which the heat falls to nothing, sooner if a limit comes first."""
+"""Rounds per agent over which the heat falls to zero, sooner if a limit comes first."""
 
 QUIET = 5
 """Rounds per agent without heat, after pairs were planned jointly."""
@@ -51,21 +51,22 @@ def descent(
     solver: str,
     budget: Budget,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda value: None,
-) -> Profile | None:
-    """Return a profile of low potential under ``rule``, which has one; None if none was found.
+    on_progress: Callable[[float], None] = lambda value: None,
+) -> PricedProfile | None:
+    """Return a profile of low potential under ``rule``, which must have a potential.
 
-    ``progress`` is called with the value of every improvement.
+    The result is None if no profile was found.  ``on_progress`` is called with the value of every
+    improvement.
     """
-    search = _Descent(rule, solver, budget, seed, progress)
-    if not search.start():
-        return None
-    search.run()
-    return search.profile
+    search = _Descent(rule, solver, budget, seed, on_progress)
+    search.start()
+    if search.best is not None:
+        search.run()
+    return search.best
 
 
 class _Descent:
-    """The best profile so far, and the ways to a better one."""
+    """The best profile so far, and the moves that may improve it."""
 
     def __init__(
         self,
@@ -73,107 +74,115 @@ class _Descent:
         solver: str,
         budget: Budget,
         seed: int,
-        progress: Callable[[float], None],
+        on_progress: Callable[[float], None],
     ) -> None:
         self.rule, self.game, self.solver, self.budget = rule, rule.game, solver, budget
-        self.progress, self.random = progress, np.random.default_rng(seed)
+        self.on_progress, self.random = on_progress, np.random.default_rng(seed)
         assert rule.potential is not None
         self.objective = rule.potential
-        self.profile: Profile = ()
-        self.value = INF
+        self.best: PricedProfile | None = None
 
-    def start(self) -> bool:
-        """Whether best responses found a feasible profile.
+    @property
+    def incumbent(self) -> PricedProfile:
+        """The best profile, once there is one."""
+        assert self.best is not None
+        return self.best
 
-        Selfish ones come first, so that nothing is returned that is dearer than an equilibrium.
+    def start(self) -> None:
+        """Find a first profile by best responses.
+
+        Selfish responses come first, so that no result costs more than an equilibrium.
         """
-        for charge in dict.fromkeys(("selfish", self.rule.charge)):
-            found = best_response_dynamics(
-                self.game,
-                start=self.profile or None,
-                charge=charge,
+        rules = [self.rule]
+        if self.rule.charge != "selfish":
+            rules.insert(0, make_rule(self.game, "selfish"))
+        for rule in rules:
+            solution = run_dynamics(
+                rule,
+                self.solver,
+                Budget(self.budget.left),
+                start=None if self.best is None else self.best.profile,
                 max_sweeps=SWEEPS,
-                solver=self.solver,
-                time_limit=self.budget.left,
             )
-            if found.profile is not None:
-                self._keep(found.profile, self._worth(found.profile))
-        return bool(self.profile)
+            if solution.profile is not None:
+                self._accept(price_profile(self.objective, solution.profile))
 
     def run(self) -> None:
-        """Search until nothing helps, or the time is up."""
+        """Search until no move helps or the budget is used up."""
         size = len(self.game.agents)
         for _ in range(CYCLES):
             self._anneal(COOLING * size, float(np.mean(self.objective.time)))
-        while any(self._planned(pair) for pair in self._pairs()):
+        while any(self._plan_jointly(pair) for pair in self._pairs()):
             self._anneal(QUIET * size, 0.0)
 
     def _anneal(self, rounds: int, heat: float) -> None:
-        """So many rounds from the best profile on, while ``heat`` falls to nothing."""
-        profile, value = self.profile, self.value
+        """Move ``rounds`` times from the best profile on, while ``heat`` falls to zero."""
+        current = self.incumbent
         for k in range(rounds):
             if self.budget.out:
                 return
-            tried = self._repaired(profile, self._neighbours(profile))
-            worth = INF if tried is None else self._worth(tried)
+            pair = self._draw_neighbours(current.profile)
+            profile = self._reinserted(current.profile, pair)
+            if profile is None:
+                continue
             left = heat * (1 - max(k / rounds, self.budget.fraction_used))
-            if tried is not None and worth <= value + left * self.random.exponential():
-                profile, value = tried, worth
-                if self._keep(tried, worth):
-                    profile, value = self.profile, self.value
+            limit = current.value + left * self.random.exponential()
+            moved = price_profile(self.objective, profile)
+            if moved is not None and moved.value <= limit:
+                current = self.incumbent if self._accept(moved) else moved
 
-    def _worth(self, profile: Profile) -> float:
-        """What a profile costs; infinite if it is not feasible."""
-        judged = evaluate(self.game, profile)
-        return INF if judged.violations() else judged.weighted(self.objective)
-
-    def _keep(self, profile: Profile, worth: float) -> bool:
-        """Take a profile, polished, if what it is worth is less than the best."""
-        if worth > self.value - tol.IMPROVEMENT:
+    def _accept(self, candidate: PricedProfile | None) -> bool:
+        """Refine a profile and make it the incumbent if it costs less; return whether it does."""
+        if candidate is None:
             return False
-        self.profile = refine(self.objective, profile, self.budget)
-        self.value = self._worth(self.profile)
-        self.progress(self.value)
+        if self.best is not None and candidate.value > self.best.value - tol.IMPROVEMENT:
+            return False
+        refined = refine(self.objective, candidate.profile, self.budget)
+        self.best = price_profile(self.objective, refined) or candidate
+        self.on_progress(self.best.value)
         return True
 
-    def _neighbours(self, profile: Profile) -> list[int]:
-        """An agent drawn at random and another one, likelier the nearer they pass."""
+    def _draw_neighbours(self, profile: Profile) -> list[int]:
+        """Draw an agent, and another with a probability that falls with its distance."""
         size = len(self.game.agents)
         first = int(self.random.integers(size))
         others = [j for j in range(size) if j != first]
         means = np.array([plan.means[:, : self.game.dim] for plan in profile])
-        far = np.linalg.norm(means[others] - means[first], axis=2).min(axis=1)
-        chances = 1 / (NEAR + far)
-        other = int(self.random.choice(others, p=chances / chances.sum()))
+        distances = np.linalg.norm(means[others] - means[first], axis=2).min(axis=1)
+        weights = 1 / (NEAR + distances)
+        other = int(self.random.choice(others, p=weights / weights.sum()))
         return [int(i) for i in self.random.permutation([first, other])]
 
-    def _repaired(self, profile: Profile, group: list[int]) -> Profile | None:
-        """The profile with the group planned anew, one after the other, twice."""
+    def _reinserted(self, profile: Profile, group: list[int]) -> Profile | None:
+        """Remove a group and insert its best responses one after the other, twice."""
         plans = list(profile)
         for i in group:
-            plans[i] = absent(self.game.agents[i], self.game.horizon)
+            plans[i] = absent_plan(self.game.agents[i], self.game.horizon)
         for i in group + group:
-            share = self.budget.child(EFFORTS[1])
-            found = respond(self.rule, i, tuple(plans), self.solver, share)
-            self.budget.charge(share)
-            if found.profile is None:
+            child = self.budget.child(EFFORTS[1])
+            response = respond(self.rule, i, tuple(plans), self.solver, child)
+            self.budget.charge(child)
+            if response.profile is None:
                 return None
-            plans[i] = found.profile[i]
+            plans[i] = response.profile[i]
         return tuple(plans)
 
     def _pairs(self) -> list[tuple[int, int]]:
-        """Pairs, those first that pay most beyond the time of flying alone."""
-        paid = evaluate(self.game, self.profile).shifted_cost
+        """Return all pairs, those first that pay most beyond the time of their shortest flights."""
+        paid = self.incumbent.evaluation.shifted_cost
         agents, horizon = self.game.agents, self.game.horizon
         extra = paid - [agent.lam * (earliest_arrival(agent, horizon) or 0) for agent in agents]
         pairs = combinations(range(len(agents)), 2)
         return sorted(pairs, key=lambda pair: -(extra[pair[0]] + extra[pair[1]]))
 
-    def _planned(self, pair: tuple[int, int]) -> bool:
-        """Whether a joint plan of two is cheaper; it is then taken."""
+    def _plan_jointly(self, pair: tuple[int, int]) -> bool:
+        """Plan a pair jointly and accept the plan if it costs less; return whether it does."""
         if self.budget.out:
             return False
-        share = self.budget.child(EFFORTS[2])
-        found = minimise(self.objective, pair, self.profile, self.solver, share)
-        self.budget.charge(share)
-        return found.profile is not None and self._keep(found.profile, self._worth(found.profile))
+        child = self.budget.child(EFFORTS[2])
+        profile = self.incumbent.profile
+        joint = minimise(self.objective, pair, profile, self.solver, child)
+        self.budget.charge(child)
+        if joint.profile is None:
+            return False
+        return self._accept(price_profile(self.objective, joint.profile))

@@ -1,9 +1,10 @@
-r"""Programs over all agents at once: the social optimum (MP3) and the potential equilibrium.
+r"""Programs over all agents: the social optimum (MP3) and the potential equilibrium.
 
     social      min sum_i J_i
     potential   min Phi = sum_i lam_i/(1-lam_i) T_i + sum own-obstacle losses + sum_{i<j} c_ij
 
-They differ in their weights alone: MP3 counts each pair's losses for both agents, Phi once.
+Both minimise the potential of a liability rule (:mod:`solvers.liability`): ``pigou`` for MP3, which
+counts each pair's losses for both agents, and ``selfish`` for Phi, which counts them once.
 A minimiser of Phi is a Nash equilibrium, since one agent's change of plan changes J_i by
 (1 - lam_i) times the change of Phi.
 """
@@ -14,7 +15,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
-from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
@@ -22,7 +22,7 @@ from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain
-from solvers.equilibrium.best_response_dynamics import best_response_dynamics
+from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.certificate import certify
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
@@ -34,17 +34,17 @@ BOUND_SHARE = 0.3
 """Part of the time limit that the bound may take."""
 
 MOST_EXACT = 5
-"""With more agents than this optima are approached, and bounded, but not proved."""
+"""With more agents than this, optima are approximated and bounded, not proved."""
 
-SOON = 3
-"""Up to so many agents the exact search has plans at once."""
+MOST_DIRECT = 3
+"""Up to this number of agents, the exact search finds its first plans quickly."""
 
-APPROACHED = (
+APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
 )
 
-Progress = Callable[[str, float], None]
-"""Called with what got better, ``value`` or ``bound``, and to what."""
+OnProgress = Callable[[str, float], None]
+"""Called with what improved, ``value`` or ``bound``, and its new value."""
 
 
 def social_optimum(
@@ -54,19 +54,19 @@ def social_optimum(
     time_limit: float | None = None,
     node_limit: int | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Solution:
-    """The profile that minimises the sum of all shifted costs, and a proved lower bound on it.
+    """Find the profile that minimises the sum of all shifted costs, with a proved lower bound.
 
-    Up to five agents the optimum is proved; with more, the engine's neighbourhood search
+    Up to five agents the optimum is proved.  With more, annealing
     (:mod:`solvers.optimum.annealing`, drawn from ``seed``) and a bound from pairs
     (:mod:`solvers.optimum.pair_bound`) leave a gap, which is reported.
 
     Parameters
     ----------
     solver, time_limit, node_limit
-        Who solves; seconds, and linear programs of the engine, at most.  Cut short, the solution
-        has the best plans so far and a valid bound.
+        Name of the solver; limits on seconds and on linear programs of the engine.  At a limit,
+        the solution has the best plans so far and a valid bound.
     progress
         Called with every better value and bound.
     """
@@ -81,13 +81,13 @@ def potential_equilibrium(
     time_limit: float | None = None,
     node_limit: int | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Solution:
-    """The Nash equilibrium that minimises the potential, certified by best responses.
+    """Find the Nash equilibrium that minimises the potential, certified by best responses.
 
-    ``regret`` bounds what each agent could gain alone.  Within limits, or with more than five
-    agents, the plan may stop short of the minimum; ``regret`` then still holds for the plan
-    returned.  Parameters as for :func:`social_optimum`.
+    ``regret`` bounds what each agent could gain by a deviation.  At a limit, or with more than five
+    agents, the potential may be above its minimum; ``regret`` still holds for the plans returned.
+    Parameters as for :func:`social_optimum`.
     """
     rule, budget = make_rule(game, "selfish"), Budget(time_limit, node_limit)
     solution = _minimise_potential(rule, "potential", "potential", solver, budget, seed, progress)
@@ -104,60 +104,58 @@ def _minimise_potential(
     solver: str,
     budget: Budget,
     seed: int,
-    progress: Progress | None,
+    progress: OnProgress | None,
 ) -> Solution:
+    """Minimise the potential of ``rule`` over the plans of all agents."""
     game, potential = rule.game, rule.potential
     assert potential is not None
-    solver, everybody = check_solver(solver), range(len(game.agents))
-    tell = progress or (lambda what, value: None)
-    if len(game.agents) > MOST_EXACT and solver == ENGINE:
-        found = _approach(rule, potential, budget, seed, tell)
+    solver, agents = check_solver(solver), tuple(range(len(game.agents)))
+    on_progress = progress or (lambda what, value: None)
+    if len(agents) > MOST_EXACT and solver == ENGINE:
+        result = _approximate(rule, potential, budget, seed, on_progress)
     else:
-        known = _known(rule, budget) if solver == ENGINE else None
-        found = minimise(potential, everybody, known, solver, budget, tell)
-    status, advice = explain(game, found, tuple(everybody))
+        first = _first_plans(rule, budget) if solver == ENGINE else None
+        result = minimise(potential, agents, first, solver, budget, on_progress)
+    status, advice = explain(game, result, agents)
     return Solution(
         game,
         name,
         status,
-        found.detail if found.detail == APPROACHED else advice,
-        found.profile,
-        found.evaluation,
+        result.detail if result.detail == APPROXIMATE else advice,
+        result.profile,
+        result.evaluation,
         minimised,
-        found.value,
-        found.bound,
+        result.value,
+        result.bound,
         seconds=budget.spent,
     )
 
 
-def _known(rule: Liability, budget: Budget) -> Profile | None:
-    """Plans by best responses, for games in which the exact search may take long to find some."""
-    game = rule.game
-    if len(game.agents) <= SOON:
+def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
+    """Return plans by best responses, where the exact search may take long to find some."""
+    if len(rule.game.agents) <= MOST_DIRECT:
         return None
-    first = best_response_dynamics(game, charge=rule.charge, max_sweeps=2, time_limit=budget.left)
-    return first.profile
+    return run_dynamics(rule, ENGINE, Budget(budget.left), max_sweeps=2).profile
 
 
-def _approach(
-    rule: Liability, potential: Objective, budget: Budget, seed: int, tell: Progress
+def _approximate(
+    rule: Liability, potential: Objective, budget: Budget, seed: int, on_progress: OnProgress
 ) -> SearchResult:
-    """Plans by neighbourhood search, after a bound from pairs that takes its share of the time.
+    """Return plans by annealing and a bound from pairs, which takes its share of the time.
 
-    Where that finds no plan at all, the exact search has the rest of the time.
+    If annealing finds no plan, the exact search uses the rest of the time.
     """
     game = rule.game
     if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
-    bound = pair_bound(potential, share, lambda value: tell("bound", value))
-    profile = descent(rule, ENGINE, budget, seed, lambda value: tell("value", value))
-    if profile is None and budget.out:
+    bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
+    best = descent(rule, ENGINE, budget, seed, lambda value: on_progress("value", value))
+    if best is None and budget.out:
         return SearchResult(Status.NO_INCUMBENT, bound)
-    if profile is None:
-        return minimise(potential, range(len(game.agents)), None, ENGINE, budget, tell)
-    evaluation = evaluate(game, profile)
-    value = evaluation.weighted(potential)
-    proved = value - bound <= tol.AGREEMENT * max(1.0, abs(value))
-    status = Status.OPTIMAL if proved else Status.FEASIBLE
-    return SearchResult(status, bound, profile, evaluation, value, "" if proved else APPROACHED)
+    if best is None:
+        agents = range(len(game.agents))
+        return minimise(potential, agents, None, ENGINE, budget, on_progress)
+    if best.value - bound <= tol.AGREEMENT * max(1.0, abs(best.value)):
+        return SearchResult.of(Status.OPTIMAL, bound, best)
+    return SearchResult.of(Status.FEASIBLE, bound, best, APPROXIMATE)

@@ -1,11 +1,10 @@
-"""One call to a MILP solver through cvxpy, and what may be believed of its answer.
+"""Solve a mixed-integer program through cvxpy, and check what the back end proved.
 
-Back ends lie: at a time limit HiGHS reports x = 0 with value 0 although it has no incumbent.
-An :class:`Answer` says whether there is an incumbent and carries a lower bound only where the
-back end proves one; plans are judged by the evaluator in any case.
+Back ends are unreliable: at a time limit HiGHS reports x = 0 with value 0 although it has no
+incumbent.  An :class:`Answer` states whether there is an incumbent and has a lower bound only
+where the back end proves one; plans are evaluated in any case.
 
-Objectives handed in must be minimisations without a constant term: HiGHS's dual bound leaves
-constants out.
+Problems must be minimisations without a constant term: the dual bound of HiGHS omits constants.
 """
 
 from __future__ import annotations
@@ -22,20 +21,17 @@ import cvxpy as cp
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
 
-FEASIBILITY = 1e-9
-"""Primal and integrality tolerance asked of the back ends: a big-M of 100 then leaks 1e-7."""
-
 
 @dataclass(frozen=True)
 class Answer:
-    """What a back end proved.
+    """The outcome of one solve.
 
     Attributes
     ----------
     outcome : ``optimal``, ``incumbent`` (stopped early with a point), ``none`` (stopped early
         without one), ``infeasible`` or ``error``.
     bound : proved lower bound on the optimum; -inf where there is none.
-    detail : the back end's own word, for messages.
+    detail : the status that the back end reported, for messages.
     """
 
     outcome: str
@@ -49,12 +45,12 @@ class Answer:
 
 
 def check_backend(name: str) -> str:
-    """The cvxpy name of a solver that can take the programs.
+    """Return the cvxpy name of a solver that can solve the programs.
 
     Raises
     ------
     InputError
-        If cvxpy does not know it, or it is not installed or takes no integer variables.
+        If it is unknown to cvxpy, not installed, or cannot take integer variables.
     """
     from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
 
@@ -69,18 +65,18 @@ def check_backend(name: str) -> str:
 
 
 def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
-    """Solve ``problem`` with a solver that :func:`check_backend` accepted.
+    """Solve ``problem`` with a solver that :func:`check_backend` returned.
 
     ``time_limit`` is in seconds; None is no limit.
     """
     begun = monotonic()
     try:
-        # cvxpy warns of limits, which the answer reports; Gurobi prints its licence on stdout.
+        # cvxpy warns of limits, which the answer reports; Gurobi prints its licence to stdout.
         with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
             warnings.simplefilter("ignore")
             problem.solve(solver=solver, warm_start=False, **_options(solver, time_limit))
     except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
-        # SCIP through cvxpy calls it an error when the time runs out before the first incumbent.
+        # SCIP through cvxpy raises when the time limit comes before the first incumbent.
         late = time_limit is not None and monotonic() - begun >= 0.9 * time_limit
         detail = f"{type(failure).__name__}: {failure}"
         return Answer("none" if late else "error", float("-inf"), detail)
@@ -94,8 +90,8 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
     if status == cp.OPTIMAL_INACCURATE:
         return Answer("incumbent", _proved_bound(solver, extra), status)
     if status == cp.settings.USER_LIMIT:
-        found = _has_incumbent(solver, extra, problem)
-        return Answer("incumbent" if found else "none", _proved_bound(solver, extra), status)
+        outcome = "incumbent" if _has_incumbent(solver, extra, problem) else "none"
+        return Answer(outcome, _proved_bound(solver, extra), status)
     return Answer("error", float("-inf"), status)
 
 
@@ -104,21 +100,21 @@ def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
         options: dict[str, Any] = {
             "mip_rel_gap": tol.MIP_GAP,
             "mip_abs_gap": tol.MIP_GAP,
-            "mip_feasibility_tolerance": FEASIBILITY,
-            "primal_feasibility_tolerance": FEASIBILITY,
-            "dual_feasibility_tolerance": FEASIBILITY,
+            "mip_feasibility_tolerance": tol.FEASIBILITY,
+            "primal_feasibility_tolerance": tol.FEASIBILITY,
+            "dual_feasibility_tolerance": tol.FEASIBILITY,
         }
         return options if time_limit is None else options | {"time_limit": max(time_limit, 1e-3)}
     if solver == cp.SCIP:
-        parameters = {"limits/gap": 0.0, "numerics/feastol": FEASIBILITY}
+        parameters = {"limits/gap": 0.0, "numerics/feastol": tol.FEASIBILITY}
         limit = {} if time_limit is None else {"limits/time": max(time_limit, 1e-3)}
         return {"scip_params": parameters | limit}
     if solver == cp.GUROBI:
         options = {
             "MIPGap": 0.0,
             "MIPGapAbs": tol.MIP_GAP,
-            "FeasibilityTol": FEASIBILITY,
-            "IntFeasTol": FEASIBILITY,
+            "FeasibilityTol": tol.FEASIBILITY,
+            "IntFeasTol": tol.FEASIBILITY,
             "Threads": 1,
         }
         return options if time_limit is None else options | {"TimeLimit": max(time_limit, 1e-3)}
@@ -126,7 +122,7 @@ def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
 
 
 def _proved_bound(solver: str, extra: Any) -> float:
-    """The dual bound; solvers without options above keep loose gaps and prove nothing here."""
+    """Return the dual bound; -inf for solvers without options above, whose gaps are loose."""
     if solver == cp.HIGHS and extra is not None:
         return float(extra.mip_dual_bound)
     if solver == cp.GUROBI and extra is not None:

@@ -1,4 +1,4 @@
-r"""The paper's mixed-integer programs as one: some agents move, everything else is given.
+r"""The paper's mixed-integer programs as one: some agents move, the other plans are given.
 
 Variables, for each mover i and time t = 0..H: controls u_it, means r_it, arrival d_it in {0,1}
 (D_it = sum_{k<=t} d_ik); for each encounter e and face p: margin s_et in [0, M'], loss l_et >= 0,
@@ -12,15 +12,14 @@ face choice z_etp in {0,1}.
                 l_et >= c(q) + c'(q) (s_et - q) - c(M') (D_it + D_jt)      for tangent points q
 
 with unit = sqrt(2) sigma_p(t), c the loss of :mod:`ppg_env.game.objective` (one tangent is exact
-for
-``margin``), and every M the smallest that the reachable sets allow.
+for ``margin``), and every M the smallest that the reachable sets allow.
 
     MP1   one mover, static obstacles         (best_response in a game of one agent)
     MP2   one mover, the others' plans given  (best_response)
     MP3   all agents move                     (social_optimum; potential_equilibrium)
 
-A pair has one set of face choices, shared by both agents: K_ji = -K_ij.  What is known of the
-other agents enters through parameters, so a program is compiled once and solved many times.
+A pair has one set of face choices, shared by both agents: K_ji = -K_ij.  The given plans enter
+through parameters, so a program is compiled once and solved many times.
 """
 
 from __future__ import annotations
@@ -45,14 +44,14 @@ from solvers.reference.tangents import TangentTable
 
 @dataclass(frozen=True)
 class Decisions:
-    """The discrete part of an answer: arrivals (movers, H+1) and faces (separations)(H+1, F)."""
+    """The discrete part of a solution: arrivals (movers, H+1), faces (separations)(H+1, F)."""
 
     arrivals: tuple[np.ndarray, ...]
     faces: tuple[np.ndarray, ...]
 
 
 class Mover:
-    """Variables and constraints of one agent that is being planned: dynamics and arrival."""
+    """Variables and constraints of one agent that moves: dynamics and arrival."""
 
     def __init__(self, agent: Agent, horizon: int) -> None:
         steps, select = horizon + 1, goal_selector(agent)
@@ -119,24 +118,29 @@ class Separation:
         self.big = cp.Parameter(shape, nonneg=True)
         self.active = cp.Parameter(steps, nonneg=True)
         self.tangents = TangentTable(game, steps)
+        self.constraints = self._constraints(movers)
+        self.possible_faces = np.ones(shape)
+
+    def _constraints(self, movers: dict[int, Mover]) -> list[cp.Constraint]:
+        """Return the constraints on margins, faces and losses."""
+        game, (steps, count) = self.game, self.units.shape
         clear = (
             sum(self.signs[i] * (movers[i].means @ self._rows(i).T) for i in self.moving)
             - self.offsets
         )
-        gone = sum(movers[i].arrived for i in self.moving) + (1 - self.active)
+        out = sum(movers[i].arrived for i in self.moving) + (1 - self.active)  # of traffic
         worst = float(loss(game, np.array(game.margin_cap)))
         column = cp.reshape(self.margin, (steps, 1), order="C")
-        spread = column @ np.ones((1, shape[1]))
+        spread = column @ np.ones((1, count))
         pieces = np.ones((1, self.tangents.count))
-        self.constraints = [
+        return [
             clear >= cp.multiply(self.units, spread) - cp.multiply(self.big, 1 - self.face),
-            cp.sum(self.face, axis=1) >= 1 - gone,
+            cp.sum(self.face, axis=1) >= 1 - out,
             self.face >= self.face_low,
             self.face <= self.face_high,
-            cp.reshape(self.loss + worst * gone, (steps, 1), order="C") @ pieces
+            cp.reshape(self.loss + worst * out, (steps, 1), order="C") @ pieces
             >= cp.multiply(self.tangents.slopes, column @ pieces) + self.tangents.intercepts,
         ]
-        self.possible_faces = np.ones(shape)
 
     def _rows(self, agent: int) -> np.ndarray:
         """(F, n) face normals in the state space of ``agent``."""
@@ -144,7 +148,7 @@ class Separation:
         return np.hstack([normals, np.zeros((len(normals), n - normals.shape[1]))])
 
     def update(self, profile: Profile | None) -> None:
-        """Put the given side's plan, and what is reachable against it, into the parameters."""
+        """Set the parameters: the given side's plan, and the faces within reach against it."""
         steps = self.game.horizon + 1
         offsets = np.tile(self.encounter.collision.offsets, (steps, 1))
         active = np.ones(steps)
@@ -162,23 +166,23 @@ class Separation:
         self.offsets.value = offsets
         self.active.value = active
         self.big.value = np.maximum(self.units * cap - lowest, 0.0)
-        # A face that can just be touched is possible, and rounding must not decide it.
+        # A face that can just be touched is possible; rounding must not exclude it.
         self.possible_faces = (highest >= -tol.LENGTH).astype(float)
         self.release()
 
     def release(self) -> None:
-        """Leave the choice of faces to the program."""
+        """Free the choice of faces."""
         self.face_low.value = np.zeros(self.units.shape)
         self.face_high.value = self.possible_faces
 
     def fix(self, choice: np.ndarray) -> None:
-        """Fix the faces (H+1, F) to an answer's."""
+        """Fix the faces (H+1, F) to ``choice``."""
         self.face_low.value = choice
         self.face_high.value = choice
 
 
 class Program:
-    """A compiled program that minimises ``objective`` over ``movers``; see the module's page.
+    """A compiled program that minimises ``objective`` over ``movers``; see the module's docstring.
 
     Parameters
     ----------
@@ -225,14 +229,14 @@ class Program:
             part.release()
 
     def decisions(self) -> Decisions:
-        """The discrete decisions of the last answer, rounded."""
+        """Return the discrete decisions of the last solution, rounded."""
         return Decisions(
             tuple(np.round(mover.arrival.value) for mover in self.movers.values()),
             tuple(np.round(part.face.value) for part in self.separations),
         )
 
     def fix(self, decisions: Decisions) -> None:
-        """Fix all discrete decisions; what remains is a linear program without big-M slack."""
+        """Fix all discrete decisions; a linear program without big-M slack remains."""
         for mover, arrival in zip(self.movers.values(), decisions.arrivals, strict=True):
             mover.arrival_low.value = mover.arrival_high.value = arrival
         for part, faces in zip(self.separations, decisions.faces, strict=True):

@@ -1,11 +1,11 @@
-r"""The crash-risk curve as tangents: lower bounds of a convex loss, refined where it matters.
+r"""Tangents of the crash-risk curve: lower bounds of a convex loss, refined at the solutions.
 
 For s >= 0 the loss c(s) of :mod:`ppg_env.game.objective` is convex, so each tangent
 
     c(q) + c'(q) (s - q)  <=  c(s)
 
-keeps the program a valid lower bound.  A table starts with the same tangents at every time and
-gains others at the margins that answers actually take, until model and evaluator agree.
+keeps the program a valid lower bound.  A table starts with the same tangents at every time;
+others are added at the margins of solutions until model and evaluator agree.
 """
 
 from __future__ import annotations
@@ -13,17 +13,15 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.game import Game
 
 STATIC = 16
-"""Tangent points that every table starts with, between 0 and the cap."""
+"""Tangent points of a new table, between 0 and the cap."""
 
 SLOTS = 12
-"""Tangents that refinement may add at each time; the oldest give way."""
-
-FLATTEST = 1e-8
-"""Slopes below this are dropped; HiGHS zeroes matrix entries below 1e-9."""
+"""Tangents that refinement may add at each time; the oldest are replaced."""
 
 
 class TangentTable:
@@ -32,7 +30,7 @@ class TangentTable:
     def __init__(self, game: Game, steps: int) -> None:
         self._game = game
         exact = game.objective == "margin"
-        # Curvature is largest near 0.7 and gone beyond 3: points thin out towards the cap.
+        # Curvature is largest near 0.7 and negligible beyond 3: points thin out towards the cap.
         cap = float(game.margin_cap)
         points = np.array([cap]) if exact else cap * np.linspace(0, 1, STATIC) ** 1.4
         self._static = np.tile(points, (steps, 1))
@@ -42,29 +40,29 @@ class TangentTable:
         self.reset()
 
     def reset(self) -> None:
-        """Forget refinements."""
+        """Remove all refinements."""
         spare = self.count - self._static.shape[1]
         self._points = np.hstack([self._static, np.repeat(self._static[:, -1:], spare, axis=1)])
         self._next = 0
         self._write()
 
     def add(self, margins: np.ndarray) -> None:
-        """Touch the curve at ``margins`` (H+1,), one new tangent per time."""
+        """Add tangents at ``margins`` (H+1,), one per time."""
         slot = self._static.shape[1] + self._next % SLOTS
         self._next += 1
         self._points[:, slot] = np.clip(margins, 0.0, self._game.margin_cap)
         self._write()
 
     def model_loss(self, margins: np.ndarray) -> np.ndarray:
-        """(H+1,) loss that the tangents give to ``margins`` (H+1,)."""
+        """Return (H+1,) losses that the tangents give to ``margins`` (H+1,)."""
         return (self.slopes.value * margins[:, None] + self.intercepts.value).max(axis=1)
 
     def _write(self) -> None:
         slopes = objective.loss_slope(self._game, self._points)
         intercepts = objective.loss(self._game, self._points) - slopes * self._points
-        # Back ends drop tiny coefficients but keep the constant beside them, which would lift
-        # the tangent above the curve; the curve's least value is a bound that survives.
-        flat = np.abs(slopes) < FLATTEST
+        # Back ends drop tiny coefficients but keep the constant, which would lift the tangent
+        # above the curve; the least value of the curve is still a bound.
+        flat = np.abs(slopes) < tol.FLAT_SLOPE
         least = float(objective.loss(self._game, np.array(self._game.margin_cap)))
         self.slopes.value = np.where(flat, 0.0, slopes)
         self.intercepts.value = np.where(flat, least, intercepts)

@@ -21,7 +21,7 @@ from benchmarks import sweeps
 from benchmarks.studies.prices import FOUND
 from benchmarks.studies.results import StudyRow, grouped, largest_regret
 from benchmarks.studies.study import Choice
-from solvers.equilibrium.best_response_dynamics import STARTS
+from solvers.equilibrium.start_profile import STARTS
 
 RANDOM = 12
 """Runs with orders drawn anew for every round, from each first profile."""

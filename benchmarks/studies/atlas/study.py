@@ -17,7 +17,7 @@ from benchmarks.studies.atlas.figure import draw_atlas
 from benchmarks.studies.prices import missing
 from benchmarks.studies.results import StudyRow, chance, limits
 from benchmarks.studies.study import PAPER, Choice, Study, Table
-from solvers.equilibrium.best_response_dynamics import STARTS
+from solvers.equilibrium.start_profile import STARTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -13,9 +14,9 @@ from ppg_env.game.least_effort import straight_plan
 from solvers import best_response_dynamics, certify, social_optimum
 from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
-from solvers.engine.branch_and_bound import Tree
+from solvers.engine.branch_and_bound import BranchAndBound
 from solvers.engine.cuts import CutPool
-from solvers.engine.fixed_arrival_lp import INF, FixedProgram
+from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.presolve import Subproblem, matters, presolve_encounters
 from solvers.engine.refine import refine
 from solvers.engine.symmetry import identity, symmetries
@@ -104,14 +105,14 @@ def test_a_tree_that_rests_goes_on_where_it_was():
 
     def tree(clock):
         make = lambda: FixedProgram(subproblem, arrivals, known)  # noqa: E731 - short
-        return Tree(make, 0.0, INF, clock, lambda program, point, estimate: estimate)
+        return BranchAndBound(make, 0.0, inf, clock, lambda program, point, estimate: estimate)
 
     clock = Budget(None, 20)
     whole, broken = tree(Budget(None)), tree(clock)
-    assert whole.search(INF)
-    while broken.waiting < INF:
-        broken.search(INF)
-        broken.rest()
+    assert whole.search(inf)
+    while broken.open_bound < inf:
+        broken.search(inf)
+        broken.release()
         clock.nodes += 20
     assert broken.bound == pytest.approx(whole.bound, abs=1e-6)
 
@@ -182,7 +183,7 @@ def test_descent_betters_best_responses_and_repeats_itself():
     profiles = [
         descent(make_rule(game, "pigou"), "ENGINE", clock, 5, values.append) for clock in clocks
     ]
-    assert profiles[0] == profiles[1]
+    assert profiles[0].profile == profiles[1].profile
     assert values == sorted(values[: len(values) // 2], reverse=True) * 2
     assert best.value - 1e-6 <= values[-1] < values[0]
 

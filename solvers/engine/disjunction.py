@@ -1,0 +1,50 @@
+"""Disjunctions: one encounter at one time, of whose faces at least one has to hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Face:
+    """One term of a disjunction: face ``index`` p of the collision set.
+
+    Its clearance is values . x[columns] + constant, in ``unit`` per margin; ``least`` is the
+    smallest loss that it allows.
+    """
+
+    index: int
+    columns: np.ndarray
+    values: np.ndarray
+    constant: float
+    unit: float
+    least: float
+
+
+@dataclass(frozen=True)
+class Disjunction:
+    """One encounter at one undecided time.
+
+    Attributes
+    ----------
+    encounter, time : what is undecided.
+    margin, loss : columns of the margin, if there is one, and of the loss.
+    cap, lowest : largest margin and smallest loss within reach.
+    weight : weight of the loss in the objective.
+    faces : the faces that can be reached.
+    """
+
+    encounter: int
+    time: int
+    margin: int | None
+    loss: int
+    cap: float
+    lowest: float
+    weight: float
+    faces: tuple[Face, ...]
+
+
+Choice = tuple[tuple[int, int], ...]
+"""The branching decisions of a node: pairs (disjunction, face) that hold there."""
