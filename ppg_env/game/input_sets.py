@@ -139,7 +139,9 @@ def room(control: Controls, inputs: np.ndarray) -> np.ndarray:
     result = np.empty(len(inputs))
     for steps, held in spans(control, len(inputs)):
         along = inputs[steps] @ held.normals.T
-        fits = np.divide(held.offsets, along, out=np.full(along.shape, MOST_ROOM), where=along > 0)
+        fits = np.full(along.shape, MOST_ROOM)
+        with np.errstate(over="ignore"):  # an infinite ratio is clipped below
+            np.divide(held.offsets, along, out=fits, where=along > 0)
         result[steps] = fits.min(axis=1).clip(0.0, MOST_ROOM)
     return result
 

@@ -28,7 +28,9 @@ def finite_number(value: Any, place: str, remedy: str) -> float:
     except OverflowError:
         number = float("inf")
     require(bool(np.isfinite(number)), place, f"is {value!r:.40}, not a finite number", remedy)
-    require_size(number, place)
+    require(
+        abs(number) <= tol.LARGEST, place, f"is {number:g}, too large for double arithmetic", remedy
+    )
     return number
 
 
@@ -143,7 +145,7 @@ def covariance(values: Any, n: int, place: str) -> np.ndarray:
     require(
         largest == 0 or largest >= tol.LENGTH**2,
         place,
-        f"has variances of at most {largest:.4g}, below the tolerance on lengths squared",
+        f"has variances of at most {largest:.4g}, too small for double arithmetic",
         f"write 0, or choose a unit of length in which one is at least {tol.LENGTH**2:g}",
     )
     return matrix
