@@ -15,11 +15,15 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.formats.polytope_tables import (
+    control_tables,
+    read_control,
+    read_shape,
+    require_table,
+    shape_table,
+)
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import Controls, checked_controls
-from ppg_env.game.polytope import Polytope
-from ppg_env.support.validation import finite_array
 
 GAME_KEYS = ("horizon", "margin_cap", "objective", "crash_cost", "scale", "name")
 AGENT_KEYS = tuple(field.name for field in fields(Agent))
@@ -85,7 +89,7 @@ def game_to_tables(game: Game) -> dict[str, Any]:
         "agent": [_agent_table(agent) for agent in game.agents],
     }
     if game.obstacles:
-        tables["obstacle"] = [_shape_table(obstacle) for obstacle in game.obstacles]
+        tables["obstacle"] = [shape_table(obstacle) for obstacle in game.obstacles]
     return tables
 
 
@@ -98,7 +102,7 @@ def game_to_toml(game: Game) -> str:
 
 def _game(tables: Mapping[str, Any]) -> Game:
     _check_keys(tables, ("game", "agent", "obstacle"), "", "the file")
-    head = _table(tables.get("game", {}), "game")
+    head = require_table(tables.get("game", {}), "game")
     _check_keys(head, GAME_KEYS, "game", "[game]")
     agents, obstacles = [], []
     for i, table in enumerate(_list_of_tables(tables.get("agent", []), "agent")):
@@ -125,103 +129,6 @@ def _agent(table: Mapping[str, Any]) -> Agent:
     return Agent(**values)
 
 
-def read_shape(table: Any) -> Polytope:
-    """Return a body or obstacle: ``{ box = [full sides] }``, ``vertices``, ``l1``, ``disc``, ...
-
-    Raises
-    ------
-    InputError
-        If the table is not one of these.
-    """
-    kind = _kind(table, ("l1", "dim"))
-    if kind == "box":
-        return Polytope.box(table["box"])
-    if kind == "l1":
-        return Polytope.l1(table["l1"], table.get("dim", 2))
-    return _polytope(kind, table)
-
-
-def read_control(value: Any, dim: int) -> Controls:
-    """Return a control set, or a list of them, all but the first with their first step ``from``.
-
-    Raises
-    ------
-    InputError
-        If a set or step is wrong; its place is ``control`` or an item of the list.
-    """
-    if not isinstance(value, list):
-        with placed("control"):
-            return _control_set(value, dim)
-    require(bool(value), "control", "is an empty list", "write one set as { box = [10.0, 10.0] }")
-    sets = []
-    for k, table in enumerate(value):
-        with placed(f"control[{k}]"):
-            rest = dict(_table(table, ""))
-            require(k == 0 or "from" in rest, "", "has no step", "add one, such as from = 5")
-            sets.append((rest.pop("from", 0), _control_set(rest, dim)))
-    return checked_controls(sets)
-
-
-def _control_set(table: Any, dim: int) -> Polytope:
-    """Return ``{ box = [largest values] }``, ``l1``, ``disc`` and ``sides``, or a general set."""
-    kind = _kind(table, ("l1",))
-    if kind == "box":
-        return Polytope.box(2 * finite_array(table["box"], "box", "write numbers, as in [10, 10]"))
-    if kind == "l1":
-        return Polytope.l1(table["l1"], dim)
-    if kind == "disc":
-        require(dim == 2, "disc", f"is for 2 inputs and this agent has {dim}", "write box or l1")
-    return _polytope(kind, table)
-
-
-def _kind(table: Any, l1_keys: tuple[str, ...]) -> str:
-    """Return the first key of the kind of polytope that ``table`` describes."""
-    kinds = (("box",), l1_keys, ("disc", "sides"), ("vertices",), ("normals", "offsets"))
-    _table(table, "")
-    for keys in kinds:
-        if keys[0] in table and (keys[0] != "normals" or "offsets" in table):
-            _alone(table, keys)
-            return keys[0]
-    written = ", ".join(sorted(map(str, table))) or "nothing"
-    raise InputError(
-        "", f"has {written}", "write one of box, l1, disc, vertices, normals and offsets"
-    )
-
-
-def _polytope(kind: str, table: Mapping[str, Any]) -> Polytope:
-    if kind == "disc":
-        return Polytope.disc(table["disc"], table.get("sides", 16))
-    if kind == "vertices":
-        return Polytope.from_vertices(table["vertices"])
-    return Polytope.from_halfspaces(table["normals"], table["offsets"])
-
-
-def _shape_table(shape: Polytope) -> dict[str, Any]:
-    if shape.kind == "box":
-        return {"box": shape.params[0].tolist()}
-    if shape.kind == "halfspaces":
-        return {"normals": shape.params[0].tolist(), "offsets": shape.params[1].tolist()}
-    if shape.kind == "l1":
-        return {"l1": float(shape.params[0]), "dim": shape.dim}
-    if shape.kind == "disc":
-        return {"disc": float(shape.params[0]), "sides": int(shape.params[1])}
-    return {"vertices": shape.params[0].tolist()}
-
-
-def _control_tables(control: Controls) -> dict[str, Any] | list[dict[str, Any]]:
-    if isinstance(control, Polytope):
-        return _control_table(control)
-    return [({"from": first} if first else {}) | _control_table(held) for first, held in control]
-
-
-def _control_table(control: Polytope) -> dict[str, Any]:
-    if control.kind == "box":
-        return {"box": (control.params[0] / 2).tolist()}
-    if control.kind == "l1":
-        return {"l1": float(control.params[0])}
-    return _shape_table(control)
-
-
 def _agent_table(agent: Agent) -> dict[str, Any]:
     n = agent.state_dim
     table: dict[str, Any] = {
@@ -229,8 +136,8 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
         "goal": agent.goal.tolist(),
         "lam": agent.lam,
         "gain": np.asarray(agent.gain).tolist(),
-        "shape": _shape_table(agent.shape),
-        "control": _control_tables(agent.control),
+        "shape": shape_table(agent.shape),
+        "control": control_tables(agent.control),
         "noise": np.asarray(agent.noise).tolist(),
     }
     if not np.array_equal(agent.A, np.eye(n)):
@@ -244,11 +151,6 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
     return table
 
 
-def _table(value: Any, place: str) -> Mapping[str, Any]:
-    require(isinstance(value, Mapping), place, "is not a table", "write key = value pairs in { }")
-    return value
-
-
 def _list_of_tables(value: Any, name: str) -> list[Mapping[str, Any]]:
     ok = isinstance(value, list) and all(isinstance(item, Mapping) for item in value)
     require(ok, name, "is not a list of tables", f"write it as [[{name}]]")
@@ -260,12 +162,6 @@ def _check_keys(table: Mapping[str, Any], keys: tuple[str, ...], place: str, wha
     if unknown:
         where = f"{place}.{unknown[0]}" if place else str(unknown[0])
         raise InputError(where, f"is not a key of {what}", "use one of " + ", ".join(keys))
-
-
-def _alone(table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
-    extra = sorted(set(table) - set(keys))
-    if extra:
-        raise InputError(str(extra[0]), f"cannot be combined with {keys[0]}", "remove one of them")
 
 
 def _length(value: Any) -> int:

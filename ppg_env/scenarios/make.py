@@ -19,7 +19,8 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
-from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_control, read_game, read_shape
+from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_game
+from ppg_env.formats.polytope_tables import read_control, read_shape
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 from ppg_env.game.polytope import Polytope
