@@ -1,11 +1,11 @@
-r"""What a margin costs, and who weighs it how.
+r"""Losses of margins, and the weights of the objectives.
 
 With s the margin of an encounter at a time in traffic and M' its cap, the loss is
 
     margin :  M' - s                          (the shifted safety cost of the paper's -s)
     risk   :  kappa g(s),  g(s) = (1 - erf s)/2   (kappa = ``crash_cost``)
 
-and everybody's objective is a weighted sum of arrivals and losses,
+and every objective is a weighted sum of arrivals and losses,
 
     sum_i  tau_i T_i  +  sum_e  omega_e  sum_t loss_e(t),
 
@@ -15,7 +15,7 @@ e running over ``game.encounters``.  Only the weights differ:
     social      tau_i = lam_i            omega_e = sum of 1 - lam_j   over the agents j of e
     potential   tau_i = lam_i/(1-lam_i)  omega_e = 1
 
-Other rules of who pays for an encounter are in :mod:`solvers.liability`.
+Other rules that assign the losses of an encounter to its agents are in :mod:`solvers.liability`.
 """
 
 from __future__ import annotations
@@ -42,28 +42,28 @@ class Weights:
 
 
 def crash_risk(margin: np.ndarray) -> np.ndarray:
-    """g(s) = (1 - erf s)/2, the chance that a standard normal exceeds sqrt(2) s."""
+    """Return g(s) = (1 - erf s)/2, the probability that a standard normal exceeds sqrt(2) s."""
     from scipy.special import erfc
 
     return erfc(margin) / 2
 
 
 def loss(game: Game, margins: np.ndarray) -> np.ndarray:
-    """Loss of each margin s <= M' of an encounter in traffic (any shape, same shape back)."""
+    """Return the loss of each margin s <= M' of an encounter in traffic, in the same shape."""
     if game.objective == "margin":
         return game.margin_cap - margins
     return game.crash_cost * crash_risk(margins)
 
 
 def loss_slope(game: Game, margins: np.ndarray) -> np.ndarray:
-    """Derivative of :func:`loss`; the loss is convex for s >= 0, so tangents bound it below."""
+    """Return the derivative of :func:`loss`, whose tangents at s >= 0 bound it from below."""
     if game.objective == "margin":
         return np.full_like(margins, -1.0)
     return -game.crash_cost * np.exp(-(margins**2)) / np.sqrt(np.pi)
 
 
 def _care(game: Game) -> np.ndarray:
-    """(E,) sum of 1 - lam over the agents of each encounter."""
+    """Return the sum (E,) of 1 - lam over the agents of each encounter."""
     return np.array([sum(1 - game.agents[i].lam for i in e.agents) for e in game.encounters])
 
 
@@ -72,18 +72,18 @@ def _lams(game: Game) -> np.ndarray:
 
 
 def selfish(game: Game, agent: int) -> Weights:
-    """Agent's own cost J_i."""
-    own = np.array([agent in e.agents for e in game.encounters], dtype=bool)
-    mine = np.arange(len(game.agents)) == agent
-    return Weights(_lams(game) * mine, (1 - game.agents[agent].lam) * own)
+    """Return the weights of the agent's own cost J_i."""
+    involved = np.array([agent in e.agents for e in game.encounters], dtype=bool)
+    own = np.arange(len(game.agents)) == agent
+    return Weights(_lams(game) * own, (1 - game.agents[agent].lam) * involved)
 
 
 def social(game: Game) -> Weights:
-    """Sum of everybody's costs: each pair's losses count for both."""
+    """Return the weights of the sum of all costs: each pair's losses count for both agents."""
     return Weights(_lams(game), _care(game))
 
 
 def potential(game: Game) -> Weights:
-    """The exact (weighted) potential Phi: J_i changes by (1 - lam_i) times its change."""
+    """Return the weights of the exact potential Phi: J_i changes by 1 - lam_i times its change."""
     lams = _lams(game)
     return Weights(lams / (1 - lams), np.ones(len(game.encounters)))
