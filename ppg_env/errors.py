@@ -1,4 +1,4 @@
-"""The one error a user's mistake raises."""
+"""The error raised for invalid input."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from contextlib import contextmanager
 
 
 class InputError(ValueError):
-    """A game, plan or option that cannot be used, told in one sentence.
+    """A game, plan or option that cannot be used, described in one sentence.
 
     Parameters
     ----------
     place
-        Where the mistake is, e.g. ``"agent[1].noise"`` or ``"head_on.toml"``.
+        Where the error is, such as ``"agent[1].noise"`` or ``"head_on.toml"``.
     problem
-        What is wrong there.
+        What is wrong.
     remedy
         What to write instead.
     """
 
     def __init__(self, place: str, problem: str, remedy: str) -> None:
         self.place, self.problem, self.remedy = place, problem, remedy
-        # Keys and texts of a file may hold line breaks; the sentence must not.
+        # Keys and texts of a file may contain line breaks; the sentence must not.
         super().__init__(" ".join(f"{place}: {problem}; {remedy}.".split()))
 
     def within(self, outer: str, joint: str = ".") -> InputError:
-        """The same mistake, its place seen from ``outer`` (a table, an agent or a file)."""
+        """Return the error with its place prefixed by ``outer`` (a table, an agent or a file)."""
         place = f"{outer}{joint}{self.place}" if self.place else outer
         return type(self)(place, self.problem, self.remedy)
 
@@ -41,7 +41,7 @@ def require(condition: bool, place: str, problem: str, remedy: str) -> None:
 
 @contextmanager
 def placed(place: str, joint: str = ".") -> Iterator[None]:
-    """Name the place of any :class:`InputError` that passes through."""
+    """Prefix the place of any :class:`InputError` raised in the block with ``place``."""
     try:
         yield
     except InputError as error:

@@ -1,7 +1,7 @@
-"""Drawing a game and a profile on matplotlib axes: bodies, paths, noise, arrivals.
+"""Figures of a game and a profile on matplotlib axes: bodies, paths, noise, arrivals.
 
-Colours are Okabe and Ito's, told apart by colour-blind readers; bodies are drawn at a few times
-that all agents share, darkest at the closest approach.
+The colours are the palette of Okabe and Ito, distinguishable by colour-blind readers.  Bodies are
+drawn at a few times common to all agents, darkest at the closest approach.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ BODY_TIMES = 4
 
 
 def draw_game(axes: Axes, game: Game) -> None:
-    """Obstacles, and each agent's body at its start and mark at its goal."""
+    """Draw the obstacles, and each agent's body at its start and marker at its goal."""
     from matplotlib.patches import Polygon
 
     for obstacle in game.obstacles:
@@ -48,7 +48,7 @@ def draw_game(axes: Axes, game: Game) -> None:
 
 
 def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
-    """The game, and in it every agent's path, its body and noise at a few times, its arrival."""
+    """Draw the game and every agent's path, body and noise at a few times, and arrival."""
     draw_game(axes, game)
     closest = closest_approach(game, profile)
     last = [game.horizon if plan.arrival is None else plan.arrival for plan in profile]
@@ -79,20 +79,26 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
 
 
 def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
-    """The game, and in it the paths of some episodes: (episodes, T + 1, N, n), nan once out.
+    """Draw the game and the paths of episodes.
 
-    Thin: single episodes; thick, with bodies at a few times: the mean of those still in traffic.
+    Thin lines are single episodes; thick lines, with bodies at a few times, are the means of the
+    episodes still in traffic.
+
+    Parameters
+    ----------
+    axes : the axes to draw on.
+    game : the game.
+    states : (episodes, T + 1, N, n) states, nan after an agent has left the game.
     """
     draw_game(axes, game)
     places = states[..., : game.dim]
-    there = np.isfinite(places[..., 0])
-    halfway = int(np.median(there.any(axis=2).sum(axis=1)) // 2)
+    present = np.isfinite(places[..., 0])
+    halfway = int(np.median(present.any(axis=2).sum(axis=1)) // 2)
     for i, agent in enumerate(game.agents):
         colour = COLOURS[i % len(COLOURS)]
-        for path, known in zip(places[:, :, i], there[:, :, i], strict=True):
-            seen = path[known]
-            axes.plot(*plane(seen.T), color=colour, linewidth=0.4, alpha=0.4, zorder=2)
-        last = int(np.median(there[:, :, i].sum(axis=1)))
+        for path, valid in zip(places[:, :, i], present[:, :, i], strict=True):
+            axes.plot(*plane(path[valid].T), color=colour, linewidth=0.4, alpha=0.4, zorder=2)
+        last = int(np.median(present[:, :, i].sum(axis=1)))
         mean = np.nanmean(places[:, :last, i], axis=0)
         axes.plot(*plane(mean.T), color=colour, marker=".", markersize=4, linewidth=1.4, zorder=3)
         for t in {halfway // 2, halfway, halfway + halfway // 2} & set(range(last)):
@@ -104,21 +110,21 @@ def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
 
 
 def closest_approach(game: Game, profile: Profile) -> int | None:
-    """Time of the smallest margin in traffic; None if nothing is ever within the margin cap."""
-    judged = evaluate(game, profile)
-    margins = np.where(judged.traffic, judged.margins, np.inf)
+    """Return the time of the smallest margin in traffic, None if all margins are at the cap."""
+    evaluation = evaluate(game, profile)
+    margins = np.where(evaluation.traffic, evaluation.margins, np.inf)
     if not margins.size or margins.min() >= game.margin_cap:
         return None
     return int(np.unravel_index(margins.argmin(), margins.shape)[1])
 
 
 def plane(points: np.ndarray) -> tuple[Any, Any]:
-    """The first two coordinates; agents on a line are drawn on the x axis."""
+    """Return the first two coordinates; agents on a line are drawn on the x axis."""
     return (points[0], points[1]) if len(points) > 1 else (points[0], np.zeros_like(points[0]))
 
 
 def outline(vertices: np.ndarray) -> np.ndarray:
-    """(V, 2) outline of a body; the shadow on the first two axes in three dimensions."""
+    """Return the outline (V, 2) of a body; its projection on the first two axes in space."""
     if vertices.shape[1] == 2:
         return vertices
     if vertices.shape[1] == 1:
@@ -127,8 +133,8 @@ def outline(vertices: np.ndarray) -> np.ndarray:
         return np.array([[low, -half], [high, -half], [high, half], [low, half]])
     from scipy.spatial import ConvexHull
 
-    shadow = vertices[:, :2]
-    return shadow[ConvexHull(shadow).vertices]
+    projection = vertices[:, :2]
+    return projection[ConvexHull(projection).vertices]
 
 
 def _body(

@@ -1,4 +1,4 @@
-"""Every judgement number of the project, each with its reason.
+"""All tolerances and size limits of the project, each with its reason.
 
 Lengths are in the units of the game's positions, margins in units of sqrt(2) sigma,
 costs in time steps.
@@ -7,36 +7,49 @@ costs in time steps.
 from __future__ import annotations
 
 LENGTH = 1e-6
-"""A mean this close to its goal is *at* the goal, and bodies that overlap by less only touch,
-for planners, simulation and environment alike.
-Ten times HiGHS's loosest feasibility answer on the paper's scenarios, a ten-millionth of a body."""
+"""A mean this close to its goal has arrived, and bodies that overlap by less only touch, for
+planners, simulation and environment alike.
+Ten times the loosest feasibility of HiGHS on the paper's scenarios, a ten-millionth of a body."""
 
 CONTROL = 1e-7
-"""A control may leave its polytope by this much: the back ends' feasibility tolerance."""
+"""A control may leave its polytope by this much: the feasibility tolerance of the back ends."""
+
+SMALLEST = 1e-5
+"""Least width of a body, an obstacle and a control set, and least margin cap: ten times LENGTH and
+AGREEMENT, a hundred times CONTROL.  Below it, the tolerances decide instead of the game."""
+
+LARGEST = 1e8
+"""Largest absolute value of a number in a game.  A double near 1e8 resolves 1.5e-8, a seventh of
+CONTROL; beyond it, rounding decides instead of the tolerances.  Entries of covariances are bounded
+by its square, normals of half-planes by its reciprocal from below."""
+
+GROWTH = 1e25
+"""Largest entry of a power of A, and largest standard deviation, within the horizon.  A position
+of LARGEST then stays below 1e34, within the float32 of observations."""
 
 DEVIATION = 1e-12
-"""A standard deviation below this is no noise at all (t = 0, or an agent without noise)."""
+"""A standard deviation below this counts as no noise (t = 0, or an agent without noise)."""
 
 FACE = 1e-9
 """Two facets whose unit normals and offsets differ by less are one face; qhull triangulates
 faces of more than three vertices, and every spare facet would cost a binary per time step."""
 
 FLAT = 1e-9
-"""A polytope thinner than this, relative to its extent, has no interior."""
+"""A polytope thinner than this, relative to its extent or to its largest coordinate, is flat."""
 
 SYMMETRY = 1e-9
 """A covariance may miss symmetry, or have an eigenvalue below zero, by this relative amount."""
 
 RADIUS = 1e-12
-"""The spectral radius is `1 or more` from 1 - RADIUS on, so that A = I without gain counts."""
+"""A spectral radius of 1 - RADIUS or more counts as 1 or more, so that A = I without gain does."""
 
 IMPROVEMENT = 1e-6
-"""A best response that gains less than this has gained nothing: the dynamics stop.  Far above
-the back ends' objective error (1e-9), far below what anybody could measure."""
+"""A best response that gains less than this gains nothing, and the dynamics stop.  Far above the
+objective error of the back ends (1e-9), far below any difference of practical interest."""
 
 EQUILIBRIUM = 1e-4
-"""Dynamics that have settled are called an equilibrium if no certified regret is above this, in
-time steps: far above the error of bounds, far below a step."""
+"""A converged profile is an equilibrium if no certified regret exceeds this, in time steps: far
+above the error of the bounds, far below one step."""
 
 REFINEMENT = 1e-7
 """Tangents of the crash-risk curve are added until the model's cost is this close to the exact
@@ -53,4 +66,4 @@ FLAT_SLOPE = 1e-8
 below 1e-9."""
 
 AGREEMENT = 1e-6
-"""A back end's objective may differ from the evaluator's by this much (relative above 1)."""
+"""The objective of a back end may differ from the evaluator's by this much (relative above 1)."""

@@ -1,7 +1,7 @@
 """Game files: TOML in and out, strictly checked, exact on a round trip.
 
-Reading never executes anything; every mistake is one sentence that names the file, the place
-and the remedy.  The same tables, as plain dictionaries, travel inside plan files.
+Reading executes no code; every mistake is one sentence that names the file, the place and the
+remedy.  Plan files contain the same tables as plain dictionaries.
 """
 
 from __future__ import annotations
@@ -15,18 +15,22 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.formats.polytope_tables import (
+    control_tables,
+    read_control,
+    read_shape,
+    require_table,
+    shape_table,
+)
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import Controls, checked_controls
-from ppg_env.game.polytope import Polytope
-from ppg_env.support.validation import finite_array
 
 GAME_KEYS = ("horizon", "margin_cap", "objective", "crash_cost", "scale", "name")
 AGENT_KEYS = tuple(field.name for field in fields(Agent))
 
 
 def read_game(path: str | Path) -> Game:
-    """The game in a TOML file.
+    """Return the game in a TOML file.
 
     Raises
     ------
@@ -37,7 +41,13 @@ def read_game(path: str | Path) -> Game:
 
 
 def read_tables(path: str | Path) -> dict[str, Any]:
-    """The raw tables of a TOML file, syntax checked only."""
+    """Return the tables of a TOML file, syntax checked only.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or is not TOML.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -50,39 +60,50 @@ def read_tables(path: str | Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # tomllib's own error is a ValueError
         raise InputError(
-            str(path), f"is not valid TOML ({error})", "mend the syntax there"
+            str(path), f"is not valid TOML ({error})", "fix the syntax there"
         ) from None
 
 
 def game_from_tables(tables: Mapping[str, Any], source: str) -> Game:
-    """The game that ``tables`` (as parsed from TOML or JSON) describe; ``source`` names them."""
+    """Return the game that ``tables`` (as parsed from TOML or JSON) describe.
+
+    Parameters
+    ----------
+    tables : the tables ``game``, ``agent`` and ``obstacle``.
+    source : name of their file, the place of any error.
+
+    Raises
+    ------
+    InputError
+        If they do not describe a game.
+    """
     with placed(source, ": "):
         return _game(tables)
 
 
 def game_to_tables(game: Game) -> dict[str, Any]:
-    """Plain dictionaries, lists and numbers that :func:`game_from_tables` reads back exactly."""
+    """Return dictionaries, lists and numbers that :func:`game_from_tables` reads back exactly."""
     head = {key: getattr(game, key) for key in GAME_KEYS}
     tables: dict[str, Any] = {
         "game": {key: value for key, value in head.items() if value is not None},
         "agent": [_agent_table(agent) for agent in game.agents],
     }
     if game.obstacles:
-        tables["obstacle"] = [_shape_table(obstacle) for obstacle in game.obstacles]
+        tables["obstacle"] = [shape_table(obstacle) for obstacle in game.obstacles]
     return tables
 
 
 def game_to_toml(game: Game) -> str:
-    """The game as the text of a TOML file."""
+    """Return the game as the text of a TOML file."""
     import tomli_w
 
     return tomli_w.dumps(game_to_tables(game))
 
 
 def _game(tables: Mapping[str, Any]) -> Game:
-    _known(tables, ("game", "agent", "obstacle"), "", "the file")
-    head = _table(tables.get("game", {}), "game")
-    _known(head, GAME_KEYS, "game", "[game]")
+    _check_keys(tables, ("game", "agent", "obstacle"), "", "the file")
+    head = require_table(tables.get("game", {}), "game")
+    _check_keys(head, GAME_KEYS, "game", "[game]")
     agents, obstacles = [], []
     for i, table in enumerate(_list_of_tables(tables.get("agent", []), "agent")):
         with placed(f"agent[{i}]"):
@@ -92,12 +113,12 @@ def _game(tables: Mapping[str, Any]) -> Game:
             obstacles.append(read_shape(table))
     try:
         return Game(agents=tuple(agents), obstacles=tuple(obstacles), **head)
-    except InputError as error:  # so that the place reads game.horizon, not horizon
+    except InputError as error:  # the place is game.horizon, not horizon
         raise (error.within("game") if error.place in GAME_KEYS else error) from None
 
 
 def _agent(table: Mapping[str, Any]) -> Agent:
-    _known(table, AGENT_KEYS, "", "[[agent]]")
+    _check_keys(table, AGENT_KEYS, "", "[[agent]]")
     for key in ("start", "goal", "shape", "control"):
         require(key in table, key, "is missing", f"add a line `{key} = ...`")
     values = dict(table)
@@ -108,95 +129,6 @@ def _agent(table: Mapping[str, Any]) -> Agent:
     return Agent(**values)
 
 
-def read_shape(table: Any) -> Polytope:
-    """A body or obstacle: ``{ box = [full sides] }``, ``vertices``, ``l1``, ``disc``, ..."""
-    table = _table(table, "")
-    if "box" in table:
-        _alone(table, ("box",))
-        return Polytope.box(table["box"])
-    if "l1" in table:
-        _alone(table, ("l1", "dim"))
-        return Polytope.l1(table["l1"], table.get("dim", 2))
-    if "disc" in table:
-        _alone(table, ("disc", "sides"))
-        return Polytope.disc(table["disc"], table.get("sides", 16))
-    return _general_polytope(table, ("box", "l1", "disc", "vertices", "normals and offsets"))
-
-
-def read_control(value: Any, dim: int) -> Controls:
-    """A control set, or a list of them, all but the first with the step ``from`` which they hold.
-
-    Raises
-    ------
-    InputError
-        If a set or step is wrong; its place is ``control`` or one of the list.
-    """
-    if not isinstance(value, list):
-        with placed("control"):
-            return _read_set(value, dim)
-    require(bool(value), "control", "is an empty list", "write { box = [10.0, 10.0] }, for one")
-    found = []
-    for k, table in enumerate(value):
-        with placed(f"control[{k}]"):
-            rest = dict(_table(table, ""))
-            require(k == 0 or "from" in rest, "", "has no step", "add one, such as from = 5")
-            found.append((rest.pop("from", 0), _read_set(rest, dim)))
-    return checked_controls(found)
-
-
-def _read_set(table: Any, dim: int) -> Polytope:
-    """A ``{ box = [largest values] }``, ``l1``, ``disc`` and ``sides``, or a shape."""
-    table = _table(table, "")
-    if "box" in table:
-        _alone(table, ("box",))
-        return Polytope.box(2 * finite_array(table["box"], "box", "write numbers, as in [10, 10]"))
-    if "l1" in table:
-        _alone(table, ("l1",))
-        return Polytope.l1(table["l1"], dim)
-    if "disc" in table:
-        _alone(table, ("disc", "sides"))
-        require(dim == 2, "disc", f"is for 2 inputs and this agent has {dim}", "write box or l1")
-        return Polytope.disc(table["disc"], table.get("sides", 16))
-    return _general_polytope(table, ("box", "l1", "disc", "vertices", "normals and offsets"))
-
-
-def _general_polytope(table: Mapping[str, Any], choices: tuple[str, ...]) -> Polytope:
-    if "vertices" in table:
-        _alone(table, ("vertices",))
-        return Polytope.from_vertices(table["vertices"])
-    if "normals" in table and "offsets" in table:
-        _alone(table, ("normals", "offsets"))
-        return Polytope.from_halfspaces(table["normals"], table["offsets"])
-    found = ", ".join(sorted(map(str, table))) or "nothing"
-    raise InputError("", f"has {found}", "write one of " + ", ".join(choices))
-
-
-def _shape_table(shape: Polytope) -> dict[str, Any]:
-    if shape.kind == "box":
-        return {"box": shape.params[0].tolist()}
-    if shape.kind == "halfspaces":
-        return {"normals": shape.params[0].tolist(), "offsets": shape.params[1].tolist()}
-    if shape.kind == "l1":
-        return {"l1": float(shape.params[0]), "dim": shape.dim}
-    if shape.kind == "disc":
-        return {"disc": float(shape.params[0]), "sides": int(shape.params[1])}
-    return {"vertices": shape.params[0].tolist()}
-
-
-def _control_tables(control: Controls) -> dict[str, Any] | list[dict[str, Any]]:
-    if isinstance(control, Polytope):
-        return _control_table(control)
-    return [({"from": first} if first else {}) | _control_table(held) for first, held in control]
-
-
-def _control_table(control: Polytope) -> dict[str, Any]:
-    if control.kind == "box":
-        return {"box": (control.params[0] / 2).tolist()}
-    if control.kind == "l1":
-        return {"l1": float(control.params[0])}
-    return _shape_table(control)
-
-
 def _agent_table(agent: Agent) -> dict[str, Any]:
     n = agent.state_dim
     table: dict[str, Any] = {
@@ -204,8 +136,8 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
         "goal": agent.goal.tolist(),
         "lam": agent.lam,
         "gain": np.asarray(agent.gain).tolist(),
-        "shape": _shape_table(agent.shape),
-        "control": _control_tables(agent.control),
+        "shape": shape_table(agent.shape),
+        "control": control_tables(agent.control),
         "noise": np.asarray(agent.noise).tolist(),
     }
     if not np.array_equal(agent.A, np.eye(n)):
@@ -219,28 +151,17 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
     return table
 
 
-def _table(value: Any, place: str) -> Mapping[str, Any]:
-    require(isinstance(value, Mapping), place, "is not a table", "write key = value pairs in { }")
-    return value
-
-
 def _list_of_tables(value: Any, name: str) -> list[Mapping[str, Any]]:
     ok = isinstance(value, list) and all(isinstance(item, Mapping) for item in value)
     require(ok, name, "is not a list of tables", f"write it as [[{name}]]")
     return value
 
 
-def _known(table: Mapping[str, Any], keys: tuple[str, ...], place: str, what: str) -> None:
+def _check_keys(table: Mapping[str, Any], keys: tuple[str, ...], place: str, what: str) -> None:
     unknown = sorted(set(table) - set(keys))
     if unknown:
         where = f"{place}.{unknown[0]}" if place else str(unknown[0])
         raise InputError(where, f"is not a key of {what}", "use one of " + ", ".join(keys))
-
-
-def _alone(table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
-    extra = sorted(set(table) - set(keys))
-    if extra:
-        raise InputError(str(extra[0]), f"cannot stand beside {keys[0]}", "remove one of the two")
 
 
 def _length(value: Any) -> int:

@@ -1,7 +1,7 @@
-"""Plan files: JSON that carries its game, so that it can be judged and played anywhere.
+"""Plan files: JSON that contains its game, so that a file can be evaluated and replayed alone.
 
-A plan file is what ``ppg solve --json`` prints, with ``format``, ``version`` and ``game`` added.
-Only the game and the controls are read back; every other number is recomputed by the evaluator.
+A plan file is the output of ``ppg solve --json`` with ``format``, ``version`` and ``game`` added.
+Only the game and the controls are read back; the evaluator recomputes every other number.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ VERSION = 1
 
 
 def write_plan(path: str | Path, game: Game, profile: Profile, report: Mapping[str, Any]) -> Path:
-    """Save ``profile`` with its game; ``report`` holds further entries worth keeping."""
+    """Write ``profile`` and its game to ``path``; ``report`` holds further entries to store."""
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -37,12 +37,12 @@ def write_plan(path: str | Path, game: Game, profile: Profile, report: Mapping[s
 
 
 def read_plan(path: str | Path) -> tuple[Game, Profile, dict[str, Any]]:
-    """Game, profile and the file's other entries (as written, unchecked).
+    """Return the game, the profile and the other entries (unchecked) of a plan file.
 
     Raises
     ------
     InputError
-        If the file is missing, is no plan file, or its game or controls are not valid.
+        If the file is missing, is not a plan file, or its game or controls are not valid.
     """
     source = str(path)
     try:
@@ -53,20 +53,20 @@ def read_plan(path: str | Path) -> tuple[Game, Profile, dict[str, Any]]:
         raise InputError(
             source, f"cannot be read as JSON ({error})", "give a file that ppg solve --out wrote"
         ) from None
-    known = isinstance(content, dict) and content.get("format") == FORMAT
-    require(known, source, "is not a plan file", "give a file that ppg solve --out wrote")
+    plan_file = isinstance(content, dict) and content.get("format") == FORMAT
+    require(plan_file, source, "is not a plan file", "give a file that ppg solve --out wrote")
     require(
         content.get("version") == VERSION,
         source,
         f"has version {content.get('version')!r}",
-        f"write it anew with this release, which reads version {VERSION}",
+        f"write it again with this release, which reads version {VERSION}",
     )
     for key, kind in (("game", dict), ("controls", list)):
         require(
             isinstance(content.get(key), kind),
             source,
             f"has no {key}",
-            "write it anew with ppg solve --out",
+            "write it again with ppg solve --out",
         )
     game = game_from_tables(content.pop("game"), source)
     with placed(source, ": "):
@@ -74,7 +74,7 @@ def read_plan(path: str | Path) -> tuple[Game, Profile, dict[str, Any]]:
 
 
 def to_json(value: Any) -> str:
-    """JSON text of numbers, arrays and containers; infinite and undefined numbers become null."""
+    """Return ``value`` as JSON text; infinite and undefined numbers become null."""
     return json.dumps(_plain(value), allow_nan=False, indent=None)
 
 

@@ -1,4 +1,4 @@
-"""The game as data, and every rule about it: plans, dynamics, margins, costs, evaluation."""
+"""The game as data, and its rules: plans, dynamics, margins, costs, evaluation."""
 
 import lazy_loader
 

@@ -1,9 +1,10 @@
-"""One mover: its dynamics, feedback, noise, body, goal and admissible inputs."""
+"""One agent: its dynamics, feedback, noise, body, goal and admissible inputs."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +23,12 @@ from ppg_env.support.validation import (
 
 
 class SpectralRadiusWarning(UserWarning):
-    """The gain does not shrink an agent's position errors."""
+    """The closed loop does not shrink an agent's position errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Agent(Record):
-    """One mover.  n: state, m: control, d <= n: position components.
+    """One agent, with n state, m control and d <= n position components.
 
     Attributes
     ----------
@@ -37,12 +38,18 @@ class Agent(Record):
     gain : (m, n) feedback u = ubar - gain (x - xbar); a number k stands for k I.
     shape : body around the reference position, a polytope in d dimensions.
     control : polytope of admissible inputs, in m dimensions; or, where it changes over time, pairs
-        of a step and the polytope that holds from it on: ((0, slow), (5, fast)).  The last one
-        holds for ever.  See :meth:`control_at`.
+        of a step and the polytope that holds from that step: ((0, slow), (5, fast)).  The last
+        one holds without end.  See :meth:`control_at`.
     noise : (n, n) covariance added at every step; a number s stands for s I.
-    A, B : (n, n) and (n, m) dynamics; identities unless given.
-    sigma0 : (n, n) covariance at time 0; zero unless given.
-    name : for tables and pictures; ``agent_<i>`` unless given.
+    A, B : (n, n) and (n, m) dynamics; identities by default.
+    sigma0 : (n, n) covariance at time 0; zero by default.
+    name : name in tables and figures; ``agent_<i>`` by default.
+
+    Raises
+    ------
+    InputError
+        If a field does not fit the others, or holds a number too large, or a covariance too
+        small, for double arithmetic (:mod:`ppg_env.tolerances`).
     """
 
     start: np.ndarray
@@ -50,7 +57,7 @@ class Agent(Record):
     shape: Polytope
     control: Controls
     lam: float = 0.5
-    # Numbers and None stand for the matrices that __post_init__ puts in their place.
+    # __post_init__ replaces numbers and None by matrices.
     gain: np.ndarray = 0.0  # type: ignore[assignment]
     noise: np.ndarray = 1.9  # type: ignore[assignment]
     A: np.ndarray = None  # type: ignore[assignment]
@@ -59,56 +66,17 @@ class Agent(Record):
     name: str | None = None
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - frozen
-        start = finite_array(
-            self.start, "start", "write one number per state, such as [10.0, 50.0]"
-        )
-        require(
-            start.ndim == 1 and start.size > 0,
-            "start",
-            "is not a list of numbers",
-            "write one number per state, such as [10.0, 50.0]",
-        )
-        put("start", start)
-        n = start.size
+        self._put("start", _checked_start(self.start))
         require(
             isinstance(self.shape, Polytope),
             "shape",
             "is not a polytope",
             "give a Polytope, such as Polytope.box([15.0, 15.0])",
         )
-        put("control", checked_controls(self.control))
-        put("A", matrix(np.eye(n) if self.A is None else self.A, (n, n), "A"))
-        m = self.control_dim
-        if self.B is None:
-            require(
-                m == n,
-                "control",
-                f"has dimension {m} where the state has {n}",
-                f"give inputs of dimension {n}, or a matrix B of {n} rows",
-            )
-        put("B", matrix(np.eye(n) if self.B is None else self.B, (n, m), "B"))
-        put("gain", scalar_or_matrix(self.gain, (m, n), "gain"))
-        put("noise", covariance(self.noise, n, "noise"))
-        put("sigma0", covariance(self.sigma0, n, "sigma0"))
-        d = self.shape.dim
-        require(
-            d <= n,
-            "shape",
-            f"has dimension {d} where the state has {n}",
-            "give a shape in the space of the first state components",
-        )
-        goal = finite_array(self.goal, "goal", f"write {n} numbers, as in start")
-        require(
-            goal.shape in ((n,), (d,)),
-            "goal",
-            f"has {goal.size} numbers where start has {n}",
-            f"write {n} numbers, as in start",
-        )
-        put("goal", goal)
-        lam = finite_number(self.lam, "lam", "write a number with 0 <= lam < 1")
-        require(0 <= lam < 1, "lam", f"is {lam:g}", "write a number with 0 <= lam < 1")
-        put("lam", lam)
+        self._put("control", checked_controls(self.control))
+        self._put_matrices(self.state_dim, self.control_dim)
+        self._put("goal", _checked_goal(self.goal, self.state_dim, self.dim))
+        self._put("lam", _checked_lam(self.lam))
         require(
             self.name is None or (isinstance(self.name, str) and bool(self.name.strip())),
             "name",
@@ -117,20 +85,36 @@ class Agent(Record):
         )
         self._warn_of_growing_errors()
 
+    def _put(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)  # the dataclass is frozen
+
+    def _put_matrices(self, n: int, m: int) -> None:
+        self._put("A", matrix(np.eye(n) if self.A is None else self.A, (n, n), "A"))
+        require(
+            self.B is not None or m == n,
+            "control",
+            f"has dimension {m} where the state has {n}",
+            f"give inputs of dimension {n}, or a matrix B of {n} rows",
+        )
+        self._put("B", matrix(np.eye(n) if self.B is None else self.B, (n, m), "B"))
+        self._put("gain", scalar_or_matrix(self.gain, (m, n), "gain"))
+        self._put("noise", covariance(self.noise, n, "noise"))
+        self._put("sigma0", covariance(self.sigma0, n, "sigma0"))
+
     def _warn_of_growing_errors(self) -> None:
         radius = self.spectral_radius
         if radius < 1 - tol.RADIUS:
             return
         if radius <= 1 + tol.RADIUS:
-            what = "position errors are never corrected and keep adding up"
+            consequence = "position errors are never corrected and keep adding up"
         else:
-            what = (
+            consequence = (
                 "position errors grow at every step; feedback is u = ubar - gain (x - xbar), "
                 "so a correcting gain is positive (gain = 0.5 is what the paper means)"
             )
-        # No stack level fits both a script and a game file, so the text names the values.
+        # No stack level fits both a script and a game file, so the text states the values.
         warnings.warn(
-            f"the spectral radius of A - B*gain is {radius:.6g}: {what}.",
+            f"the spectral radius of A - B*gain is {radius:.6g}: {consequence}.",
             SpectralRadiusWarning,
             stacklevel=2,
         )
@@ -151,7 +135,7 @@ class Agent(Record):
         return self.shape.dim
 
     def control_at(self, step: int) -> Polytope:
-        """The set U_t of admissible inputs at a step t."""
+        """Return the set U_t of admissible inputs at step t."""
         return set_at(self.control, step)
 
     @property
@@ -163,3 +147,37 @@ class Agent(Record):
     def spectral_radius(self) -> float:
         """Largest absolute eigenvalue of the error dynamics; below 1 errors shrink."""
         return float(np.abs(np.linalg.eigvals(self.closed_loop)).max())
+
+
+def _checked_start(value: Any) -> np.ndarray:
+    remedy = "write one number per state, such as [10.0, 50.0]"
+    start = finite_array(value, "start", remedy)
+    require(start.ndim == 1 and start.size > 0, "start", "is not a list of numbers", remedy)
+    return start
+
+
+def _checked_goal(value: Any, n: int, d: int) -> np.ndarray:
+    require(
+        d <= n,
+        "shape",
+        f"has dimension {d} where the state has {n}",
+        "give a shape in the space of the first state components",
+    )
+    remedy = f"write {n} numbers, as in start"
+    goal = finite_array(value, "goal", remedy)
+    require(
+        goal.shape in ((n,), (d,)), "goal", f"has {goal.size} numbers where start has {n}", remedy
+    )
+    return goal
+
+
+def _checked_lam(value: Any) -> float:
+    lam = finite_number(value, "lam", "write a number with 0 <= lam < 1")
+    require(0 <= lam < 1, "lam", f"is {lam:g}", "write a number with 0 <= lam < 1")
+    require(
+        lam <= (1 - lam) * tol.LARGEST,
+        "lam",
+        f"is {lam!r}, too close to 1 for double arithmetic",
+        f"keep lam / (1 - lam) within {tol.LARGEST:g}",
+    )
+    return lam

@@ -1,6 +1,6 @@
-r"""The one evaluator: what a profile costs, how safe it is, and whether it is a plan at all.
+r"""The evaluator: cost, safety and feasibility of a profile.
 
-Everything is recomputed from the game and the controls; no solver's word is taken.
+Every value is recomputed from the game and the controls; no result of a solver is used.
 
     sigma_p(t)^2 = a_p' (Sigma_i(t) + Sigma_j(t)) a_p
     s_e(t) = min(M', max_p (a_p' (r_i - r_j) - b_p) / (sqrt(2) sigma_p(t)))   in traffic, else M'
@@ -8,7 +8,7 @@ Everything is recomputed from the game and the controls; no solver's word is tak
     J_i = lam_i T_i + (1 - lam_i) G_i      (risk: kappa sum g(s) for G_i)
 
 A pair is in traffic at t iff t < T_i and t < T_j; an agent and an obstacle iff t < T_i.
-``scale="paper"`` drops the sqrt(2), as the paper's programs do; sum g is then no bound.
+``scale="paper"`` drops the sqrt(2), as the paper's programs do; sum g is then not a bound.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Residuals:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What the evaluator found.  N agents, E encounters, times 0..H.
+    """Evaluation of a profile.  N agents, E encounters, times 0..H.
 
     Attributes
     ----------
@@ -57,8 +57,10 @@ class Evaluation:
     deficit : (N,) sum of M' - s.
     cost, shifted_cost : (N,) J_i, with G_i and with the deficit; infinite without arrival.
         For the objective ``risk`` both are lam T + (1 - lam) kappa sum g.
+    risk_sum : (N,) sum of g(s) in traffic.
+    risk_sum_any : sum of g(s) in traffic over all encounters.
     potential : Phi of the profile.
-    residuals : by how much each constraint is violated; zero is clean.
+    residuals : violations of the constraints.
     """
 
     game: Game
@@ -81,19 +83,19 @@ class Evaluation:
 
     @property
     def feasible(self) -> bool:
-        """Whether every constraint holds within tolerance."""
+        """Whether every residual is within tolerance."""
         return self.is_feasible()
 
     def is_feasible(self, agents: Iterable[int] | None = None) -> bool:
-        """Return whether all constraints that involve ``agents`` (all by default) hold."""
+        """Return whether all constraints that involve ``agents`` (default: all) are satisfied."""
         return next(self._violated(agents), None) is None
 
     def violations(self, agents: Iterable[int] | None = None) -> tuple[str, ...]:
-        """Return a sentence for each violated constraint that involves ``agents`` (or any)."""
-        return tuple(self._sentence(kind, index) for kind, index in self._violated(agents))
+        """Return one sentence per violated constraint that involves ``agents`` (default: all)."""
+        return tuple(self._sentence(kind, k) for kind, k in self._violated(agents))
 
     def _violated(self, agents: Iterable[int] | None) -> Iterator[tuple[str, int]]:
-        """Yield the kind of each violated constraint and its agent or, for overlaps, encounter."""
+        """Yield the kind of each violated constraint, with its agent or encounter."""
         chosen = set(range(len(self.arrival)) if agents is None else agents)
         for i in sorted(chosen):
             if self.residuals.control[i] > tol.CONTROL:
@@ -104,26 +106,25 @@ class Evaluation:
             if self.residuals.overlap[e] > tol.LENGTH and chosen.intersection(encounter.agents):
                 yield "overlap", e
 
-    def _sentence(self, kind: str, index: int) -> str:
-        names, residual = self.game.agent_names, getattr(self.residuals, kind)[index]
+    def _sentence(self, kind: str, k: int) -> str:
+        names, residuals = self.game.agent_names, self.residuals
         if kind == "control":
-            return f"a control of {names[index]} leaves its set by {residual:.3g}"
+            return f"a control of {names[k]} leaves its set by {residuals.control[k]:.3g}"
         if kind == "goal":
-            return (
-                f"the mean of {names[index]} misses its goal by {residual:.3g} within the horizon"
-            )
-        encounter = self.game.encounters[index]
+            miss = f"{residuals.goal[k]:.3g}"
+            return f"the mean of {names[k]} misses its goal by {miss} within the horizon"
+        encounter = self.game.encounters[k]
         parties = [names[i] for i in encounter.agents]
         if encounter.obstacle is not None:
             parties.append(f"obstacle {encounter.obstacle}")
-        return f"the means of {' and '.join(parties)} overlap by {residual:.3g}"
+        return f"the means of {' and '.join(parties)} overlap by {residuals.overlap[k]:.3g}"
 
     @property
     def risk_bound(self) -> np.ndarray:
         """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
 
-        Margins are capped, so an instant counts g(M') at least: that keeps the bound valid, and
-        makes it loose where margins are wide (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+        Margins are capped, so each time counts at least g(M'): the bound is valid, and loose
+        where margins are wide (:mod:`ppg_env.risk.union_bounds` has tighter ones).
 
         Raises
         ------
@@ -135,7 +136,7 @@ class Evaluation:
 
     @property
     def risk_bound_any(self) -> float:
-        """Union bound on the probability that anybody crashes."""
+        """Union bound on the probability that any agent crashes."""
         self._refuse_paper_scale()
         return self.risk_sum_any
 
@@ -143,12 +144,12 @@ class Evaluation:
         if self.game.scale != "exact":
             raise InputError(
                 "scale",
-                "'paper' drops the sqrt(2), so its sum of g is no bound",
+                "'paper' drops the sqrt(2), so its sum of g is not a bound",
                 "evaluate the game with scale = 'exact'",
             )
 
     def weighted(self, weights: objective.Objective) -> float:
-        """Value of any objective of this game at this profile; infinite without arrival."""
+        """Return the value of an objective at this profile; infinite without arrival."""
         return _weighted(weights, self.arrival, self._losses)
 
     @property
@@ -157,10 +158,14 @@ class Evaluation:
 
 
 def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluation:
-    """Judge ``profile`` in ``game`` from first principles; infeasible profiles are judged too.
+    """Return the evaluation of ``profile`` in ``game``; the profile need not be feasible.
 
-    Means and arrivals are computed anew from the controls.  With ``as_given`` those of the plans
-    are taken as they are: for predictions, and for stand-ins of agents that have no plan yet.
+    Parameters
+    ----------
+    game : the game.
+    profile : one plan per agent.
+    as_given : use the means and arrivals of the plans instead of recomputing them from the
+        controls: for predictions, and for placeholders of agents without a plan.
 
     Raises
     ------
@@ -176,49 +181,55 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
     risks = np.where(traffic, objective.crash_risk(margins), 0.0).sum(axis=1)
     member = membership(game)  # (N, E)
     deficit = _sums(member, (game.margin_cap - margins).sum(axis=1))
-    steps = game.horizon + 1
-    best = member.sum(axis=1) * game.margin_cap * steps  # what full margins would add up to
-    safety_cost = deficit - best
-    shifted = np.array(
-        [
-            np.inf if arrival[i] is None else _weighted(objective.selfish(game, i), arrival, losses)
-            for i in range(len(arrival))
-        ]
-    )
-    shift = 0.0
-    if game.objective == "margin":
-        care = 1 - np.array([agent.lam for agent in game.agents])
-        shift = -care * best
+    full = member.sum(axis=1) * game.margin_cap * (game.horizon + 1)  # sum of margins at the cap
+    shifted = _selfish_costs(game, arrival, losses)
+    potential = np.inf
+    if None not in arrival:
+        potential = _weighted(objective.potential(game), arrival, losses)
     return Evaluation(
         game=game,
         arrival=arrival,
         margins=margins,
         traffic=traffic,
-        safety_cost=safety_cost,
+        safety_cost=deficit - full,
         deficit=deficit,
         risk_sum=_sums(member, risks),
         risk_sum_any=float(risks.sum()),
-        cost=shifted + shift,
+        cost=shifted + _shift(game, full),
         shifted_cost=shifted,
-        potential=np.inf
-        if None in arrival
-        else _weighted(objective.potential(game), arrival, losses),
+        potential=potential,
         residuals=_residuals(game, profile, traffic),
     )
+
+
+def _selfish_costs(game: Game, arrival: tuple[int | None, ...], losses: np.ndarray) -> np.ndarray:
+    return np.array(
+        [
+            np.inf if arrival[i] is None else _weighted(objective.selfish(game, i), arrival, losses)
+            for i in range(len(arrival))
+        ]
+    )
+
+
+def _shift(game: Game, full: np.ndarray) -> np.ndarray | float:
+    """Return the difference of costs and shifted costs; margins at the cap sum to ``full`` (N,)."""
+    if game.objective != "margin":
+        return 0.0
+    return -(1 - np.array([agent.lam for agent in game.agents])) * full
 
 
 def _weighted(
     weights: objective.Objective, arrival: tuple[int | None, ...], losses: np.ndarray
 ) -> float:
-    mine = [i for i, tau in enumerate(weights.time) if tau > 0]
-    if any(arrival[i] is None for i in mine):
+    timed = [i for i, tau in enumerate(weights.time) if tau > 0]
+    if any(arrival[i] is None for i in timed):
         return float("inf")
-    spent = sum(weights.time[i] * arrival[i] for i in mine)
+    spent = sum(weights.time[i] * arrival[i] for i in timed)
     return float(spent + _sums(weights.encounter, losses))
 
 
 def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``weights`` (..., E) times ``values`` (E,), where nothing times infinity is nothing."""
+    """Return ``weights`` (..., E) times ``values`` (E,), summed, with 0 times infinity = 0."""
     return np.where(weights > 0, weights * np.where(weights > 0, values, 0.0), 0.0).sum(axis=-1)
 
 

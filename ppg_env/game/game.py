@@ -4,7 +4,7 @@ Agent i moves by  x_{t+1} = A x_t + B u_t + w_t,  w_t ~ N(0, noise),  and correc
 u = ubar - gain (x - xbar).  The first d components of x are its reference position, d being the
 dimension of its shape; it overlaps agent j iff (x_i - x_j)[:d] lies in K_ij = C_j + (-C_i).
 
-Nothing here plans, simulates or draws: whatever does so is built from a :class:`Game`.
+Planners, simulators and figures are built from a :class:`Game`; this module contains none.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
 from ppg_env.game.agent import Agent
+from ppg_env.game.dynamics import check_growth
+from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.polytope import Polytope, collision_set
 from ppg_env.support.frozen import Record
-from ppg_env.support.validation import (
-    finite_number,
-)
+from ppg_env.support.validation import finite_number
 
 OBJECTIVES = ("margin", "risk")
 SCALES = ("exact", "paper")
+
+WIDEST_CAP = 26.0
+"""Above it the crash risk (1 - erf s)/2 is zero in double precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,38 +38,36 @@ class Game(Record):
 
     Attributes
     ----------
-    agents : the movers, one or more, all in the same d dimensions.
+    agents : one or more agents, all in the same d dimensions.
     obstacles : static polytopes in d dimensions.
     horizon : last step H; times are 0..H.
     objective : ``margin`` (the paper's) or ``risk`` (expected crash cost).
-    margin_cap : cap M' on margins; 3 for ``margin`` and 5 for ``risk`` unless given.
-    crash_cost : kappa, what a crash costs in ``risk`` and in the environment's reward.
+    margin_cap : cap M' on margins; by default 3 for ``margin`` and 5 for ``risk``.
+    crash_cost : kappa, the cost of a crash in ``risk`` and in the environment's reward.
     scale : ``exact``, or ``paper`` to reproduce the paper's missing sqrt(2).
-    name : the scenario's or file's name, for tables.
+    name : name of the scenario or file, for tables.
+
+    Raises
+    ------
+    InputError
+        If a field is not valid, bodies overlap at time 0, or states or errors outgrow double
+        arithmetic within the horizon.
     """
 
     agents: tuple[Agent, ...]
     obstacles: tuple[Polytope, ...] = ()
     horizon: int = 15
     objective: str = "margin"
-    margin_cap: float = None  # type: ignore[assignment]  # the objective's default is put here
+    margin_cap: float = None  # type: ignore[assignment]  # default of the objective
     crash_cost: float = 100.0
     scale: str = "exact"
     name: str | None = None
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - frozen
-        put("agents", _tuple_of(Agent, self.agents, "agent"))
-        put("obstacles", _tuple_of(Polytope, self.obstacles, "obstacle"))
+        self._put("agents", _tuple_of(Agent, self.agents, "agent"))
+        self._put("obstacles", _tuple_of(Polytope, self.obstacles, "obstacle"))
         require(bool(self.agents), "agent", "is missing", "describe at least one agent")
-        whole = isinstance(self.horizon, (int, np.integer)) and not isinstance(self.horizon, bool)
-        require(
-            whole and 1 <= self.horizon <= 10_000,
-            "horizon",
-            f"is {self.horizon!r}",
-            "write a whole number of steps from 1 to 10000",
-        )
-        put("horizon", int(self.horizon))
+        self._put("horizon", _checked_horizon(self.horizon))
         for key, allowed in (("objective", OBJECTIVES), ("scale", SCALES)):
             value = getattr(self, key)
             require(
@@ -75,45 +76,47 @@ class Game(Record):
                 f"is {value!r}",
                 "write " + " or ".join(repr(word) for word in allowed),
             )
-        cap = {"margin": 3.0, "risk": 5.0}[self.objective]
-        cap = cap if self.margin_cap is None else self.margin_cap
-        cap = finite_number(cap, "margin_cap", "write a positive number such as 3.0")
-        # Above 26 the crash risk (1 - erf s)/2 is zero in double precision.
-        require(0 < cap <= 26, "margin_cap", f"is {cap:g}", "write a positive number up to 26")
-        put("margin_cap", cap)
+        self._put("margin_cap", _checked_cap(self.margin_cap, self.objective))
         cost = finite_number(self.crash_cost, "crash_cost", "write a number such as 100.0")
         require(cost >= 0, "crash_cost", f"is {cost:g}", "write a number that is not negative")
-        put("crash_cost", cost)
+        self._put("crash_cost", cost)
         require(
             self.name is None or isinstance(self.name, str),
             "name",
             "is not a text",
             "write it in quotes",
         )
-        self._check_space()
-
-    def _check_space(self) -> None:
+        self._check_dimensions()
+        self._check_names()
         for i, agent in enumerate(self.agents):
+            with placed(f"agent[{i}]"):
+                check_growth(agent, self.horizon)
+        self._check_starts()
+
+    def _put(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)  # the dataclass is frozen
+
+    def _check_dimensions(self) -> None:
+        bodies = [(f"agent[{i}].shape", agent.dim) for i, agent in enumerate(self.agents)]
+        bodies += [(f"obstacle[{k}]", obstacle.dim) for k, obstacle in enumerate(self.obstacles)]
+        for place, dim in bodies:
             require(
-                agent.dim == self.dim,
-                f"agent[{i}].shape",
-                f"has dimension {agent.dim} where agent[0] has {self.dim}",
+                dim == self.dim,
+                place,
+                f"has dimension {dim} where agent[0].shape has {self.dim}",
                 "give every agent and obstacle the same dimension",
             )
-        for k, obstacle in enumerate(self.obstacles):
-            require(
-                obstacle.dim == self.dim,
-                f"obstacle[{k}]",
-                f"has dimension {obstacle.dim} where agent[0].shape has {self.dim}",
-                "give every agent and obstacle the same dimension",
-            )
+
+    def _check_names(self) -> None:
         repeated = {name for name in self.agent_names if self.agent_names.count(name) > 1}
         require(
             not repeated,
             "agent",
             f"has the name {min(repeated, default='')!r} twice",
-            "give each agent a name of its own",
+            "give each agent a different name",
         )
+
+    def _check_starts(self) -> None:
         for pair in self.encounters:
             gap = pair.collision.clearance(
                 pair.displacement(*(self.agents[k].start[: self.dim] for k in pair.agents))
@@ -133,13 +136,14 @@ class Game(Record):
 
     @property
     def agent_names(self) -> tuple[str, ...]:
-        """Names for tables and pictures."""
+        """Names in tables and figures."""
         return tuple(agent.name or f"agent_{i}" for i, agent in enumerate(self.agents))
 
     @cached_property
     def encounters(self) -> tuple[Encounter, ...]:
-        """Everything that can collide: each unordered pair of agents, then each agent with each
-        obstacle.  All margins and losses are listed in this order.
+        """Each unordered pair of agents, then each agent with each obstacle.
+
+        Margins and losses are listed in this order.
         """
         return tuple(self._encounters())
 
@@ -157,7 +161,7 @@ class Game(Record):
                 yield Encounter((i,), k, collision)
 
     def place_names(self, encounter: Encounter) -> tuple[str, str]:
-        """Who meets whom, in the words of error messages."""
+        """Return the two parties of an encounter as error messages name them."""
         other = (
             f"agent[{encounter.agents[1]}].start"
             if encounter.obstacle is None
@@ -182,17 +186,40 @@ class Encounter:
     collision: Polytope
 
     def displacement(self, *positions: np.ndarray) -> np.ndarray:
-        """r_i - r_j of a pair's positions (..., d); r_i itself where j is an obstacle."""
+        """Return r_i - r_j of a pair's positions (..., d), or r_i where j is an obstacle."""
         return positions[0] - positions[1] if len(positions) == 2 else positions[0]
+
+
+def _checked_horizon(value: Any) -> int:
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    require(
+        whole and 1 <= value <= LONGEST_HORIZON,
+        "horizon",
+        f"is {value!r:.40}",
+        f"write a whole number of steps from 1 to {LONGEST_HORIZON}",
+    )
+    return int(value)
+
+
+def _checked_cap(value: Any, objective: str) -> float:
+    cap = {"margin": 3.0, "risk": 5.0}[objective] if value is None else value
+    cap = finite_number(cap, "margin_cap", "write a positive number such as 3.0")
+    require(
+        tol.SMALLEST <= cap <= WIDEST_CAP,
+        "margin_cap",
+        f"is {cap:g}",
+        f"write a positive number from {tol.SMALLEST:g} to {WIDEST_CAP:g}",
+    )
+    return cap
 
 
 def _tuple_of(kind: type, items: Any, place: str) -> tuple[Any, ...]:
     listed = tuple(items) if isinstance(items, (list, tuple)) else (items,)
     for k, item in enumerate(listed):
-        if not isinstance(item, kind):  # only then: the words for it are long in the making
+        if not isinstance(item, kind):  # the message is costly to build
             raise InputError(
                 f"{place}[{k}]",
-                f"is {item!r:.40}, not one of {kind.__name__}",
+                f"is {item!r:.40}, not of type {kind.__name__}",
                 f"give a list of {kind.__name__}",
             )
     return listed

@@ -124,10 +124,16 @@ def in_order(corners: np.ndarray) -> np.ndarray:
     return corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]), kind="stable")]
 
 
-def has_interior(points: np.ndarray) -> bool:
-    """Return whether conv(points) of ``points`` (P, d) has volume, within ``tol.FLAT``."""
-    centred = points - points.mean(axis=0)
-    if len(points) <= points.shape[1]:
-        return False
-    spread = np.linalg.svd(centred, compute_uv=False)
-    return bool(spread[-1] > tol.FLAT * max(spread[0], tol.FLAT))
+def require_volume(points: np.ndarray) -> None:
+    """Refuse ``points`` (P, d) whose convex hull has no volume, within ``tol.FLAT``."""
+    dim = points.shape[1]
+    solid = len(points) > dim
+    if solid:
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        solid = bool(spread[-1] > tol.FLAT * spread[0])
+    require(
+        solid,
+        "",
+        "has vertices that lie in a plane or on a line, so its volume is zero",
+        f"give at least {dim + 1} points in general position",
+    )

@@ -2,7 +2,7 @@ r"""Control sets, constant or changing over time (the paper's U_it).
 
     u_t in U_k   for   first_k <= t < first_{k+1},     0 = first_0 < first_1 < ...
 
-and the last set holds for ever.  A constant set is written as one polytope.
+and the last set holds without end.  A constant set is written as one polytope.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from ppg_env.errors import InputError, placed, require
 from ppg_env.game.polytope import Polytope
 
 Controls = Polytope | tuple[tuple[int, Polytope], ...]
-"""A polytope, or pairs (first step, polytope) in the order of time, the first from step 0 on."""
+"""A polytope, or pairs (first step, polytope) in increasing order of steps, the first from 0."""
 
 MOST_ROOM = 100.0
-"""An input that fits so many times is as good as zero: the others need not be made smaller."""
+"""Cap on the result of :func:`room`; an input that fits so many times counts as zero."""
 
-LATEST = 10_000
-"""Last step at which a set may change: the longest horizon."""
+LONGEST_HORIZON = 10_000
+"""Longest horizon of a game, and last step at which a set may change."""
 
 
 def checked_controls(value: Any) -> Controls:
-    """``value`` as control sets; one set alone is a polytope however it was written.
+    """Return ``value`` as control sets; a single set becomes a polytope.
 
     Raises
     ------
@@ -40,23 +40,27 @@ def checked_controls(value: Any) -> Controls:
         "is not a polytope",
         "give a Polytope such as Polytope.box([20.0, 20.0]), or a list of (first step, Polytope)",
     )
-    found = tuple(_checked_piece(k, piece) for k, piece in enumerate(value))
-    for k, (first, held) in enumerate(found):
-        place, before = f"control[{k}]", found[k - 1][0] if k else -1
-        require(k > 0 or first == 0, place, f"holds from step {first} on", "let it hold from 0 on")
+    checked = tuple(_checked_piece(k, piece) for k, piece in enumerate(value))
+    _check_sequence(checked)
+    return checked if len(checked) > 1 else checked[0][1]
+
+
+def _check_sequence(sets: tuple[tuple[int, Polytope], ...]) -> None:
+    for k, (first, held) in enumerate(sets):
+        place, before = f"control[{k}]", sets[k - 1][0] if k else -1
+        require(k > 0 or first == 0, place, f"holds from step {first}", "start with step 0")
         require(
-            before < first <= LATEST,
+            before < first <= LONGEST_HORIZON,
             place,
-            f"holds from step {first} on, and the one before from step {before}",
-            f"let steps increase, up to {LATEST}",
+            f"holds from step {first}, and the set before it from step {before}",
+            f"write increasing steps up to {LONGEST_HORIZON}",
         )
         require(
-            held.dim == found[0][1].dim,
+            held.dim == sets[0][1].dim,
             place,
-            f"has dimension {held.dim} where control[0] has {found[0][1].dim}",
+            f"has dimension {held.dim} where control[0] has {sets[0][1].dim}",
             "give sets of the same inputs",
         )
-    return found if len(found) > 1 else found[0][1]
 
 
 def _checked_piece(k: int, piece: Any) -> tuple[int, Polytope]:
@@ -70,37 +74,35 @@ def _checked_piece(k: int, piece: Any) -> tuple[int, Polytope]:
             )
         first, held = piece
         whole = isinstance(first, (int, np.integer)) and not isinstance(first, bool)
-        require(
-            whole, "", f"holds from step {first!r:.40} on", "count steps in whole numbers from 0"
-        )
+        require(whole, "", f"holds from step {first!r:.40}", "count steps in whole numbers from 0")
         return int(first), held
 
 
 def pieces(control: Controls) -> tuple[tuple[int, Polytope], ...]:
-    """Pairs of a set and the step from which it holds, whether the sets change or not."""
+    """Return pairs (first step, set), one pair for a constant set."""
     return control if isinstance(control, tuple) else ((0, control),)
 
 
 def set_at(control: Controls, step: int) -> Polytope:
-    """The set that holds at a step."""
+    """Return the set that holds at ``step``."""
     if isinstance(control, Polytope):
         return control
     return next(held for first, held in reversed(control) if first <= step)
 
 
 def spans(control: Controls, steps: int) -> list[tuple[slice, Polytope]]:
-    """The sets of the steps 0..``steps`` - 1, each with the steps at which it holds."""
-    known = pieces(control)
-    ends = [first for first, _ in known[1:]] + [steps]
+    """Return the sets of steps 0..``steps`` - 1, each with the steps at which it holds."""
+    sets = pieces(control)
+    ends = [first for first, _ in sets[1:]] + [steps]
     return [
         (slice(first, min(end, steps)), held)
-        for (first, held), end in zip(known, ends, strict=True)
+        for (first, held), end in zip(sets, ends, strict=True)
         if first < steps
     ]
 
 
 def later(control: Controls, step: int) -> Controls:
-    """The sets as they are for whoever counts time from ``step`` on."""
+    """Return the sets with time counted from ``step``."""
     if isinstance(control, Polytope):
         return control
     rest = [(first - step, held) for first, held in control if first > step]
@@ -108,41 +110,43 @@ def later(control: Controls, step: int) -> Controls:
 
 
 def clearance(control: Controls, inputs: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """(K,) largest a_p u - b_p of each of ``inputs`` (K, m) in the set of its step, of ``steps``.
+    """Return the largest a_p u - b_p (K,) of ``inputs`` (K, m), each in the set of its step.
 
-    Negative inside, as for one polytope.
+    ``steps`` (K,) are the steps; values are negative inside, as for one polytope.
     """
     if isinstance(control, Polytope):
         return control.clearance(inputs)
-    begun = np.searchsorted([first for first, _ in control], steps, side="right") - 1
+    index = np.searchsorted([first for first, _ in control], steps, side="right") - 1
     result = np.empty(len(inputs))
     for k, (_, held) in enumerate(control):
-        result[begun == k] = held.clearance(inputs[begun == k])
+        result[index == k] = held.clearance(inputs[index == k])
     return result
 
 
 def excess(control: Controls, inputs: np.ndarray) -> float:
-    """How far ``inputs`` (t, m), played from step 0 on, go at most beyond a face of their sets.
+    """Return the largest distance of ``inputs`` (t, m), applied from step 0, beyond a face.
 
-    Negative where all are inside; -inf where there are none.
+    It is negative if all are inside their sets, and -inf if there are none.
     """
     return float(clearance(control, inputs, np.arange(len(inputs))).max(initial=-np.inf))
 
 
 def room(control: Controls, inputs: np.ndarray) -> np.ndarray:
-    """(t,) how many times each of ``inputs``, played from step 0 on, fits in its set; at most 100.
+    """Return how many times (t,) each of ``inputs`` (t, m), applied from step 0, fits in its set.
 
-    Zero where the set lies on another side.
+    Values are at most 100, and zero where the set lies on another side.
     """
     result = np.empty(len(inputs))
     for steps, held in spans(control, len(inputs)):
         along = inputs[steps] @ held.normals.T
-        fits = np.divide(held.offsets, along, out=np.full(along.shape, MOST_ROOM), where=along > 0)
+        fits = np.full(along.shape, MOST_ROOM)
+        with np.errstate(over="ignore"):  # an infinite ratio is clipped below
+            np.divide(held.offsets, along, out=fits, where=along > 0)
         result[steps] = fits.min(axis=1).clip(0.0, MOST_ROOM)
     return result
 
 
 def bounds(control: Controls) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest value (m,) of every input, over all sets."""
+    """Return the lowest and the highest value (m,) of every input, over all sets."""
     low, high = zip(*(held.bounds for _, held in pieces(control)), strict=True)
     return np.min(low, axis=0), np.max(high, axis=0)

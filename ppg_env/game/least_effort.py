@@ -1,4 +1,4 @@
-"""Plans and laws of least effort: an agent that heads for its goal as if alone."""
+"""Plans and control laws of least effort, for an agent that ignores all others."""
 
 from __future__ import annotations
 
@@ -7,20 +7,26 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import require
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import goal_selector
+from ppg_env.game.dynamics import check_growth, goal_selector
 from ppg_env.game.input_sets import excess, room
 from ppg_env.game.plan import Plan, make_plan
 
 
 def straight_plan(agent: Agent, horizon: int) -> Plan | None:
-    """The plan that heads for the goal as if alone: least effort, in the fewest steps it admits.
+    """Return the plan of least effort to the goal, in the fewest steps, other agents ignored.
 
-    With A = B = I that is the straight line at constant speed.  Least effort is the
-    minimum-norm solution of the reachability equation; a time is admitted when those controls
-    lie in their sets, or those of least sum of u_t' u_t / room_t, which bear what the first leave
-    room for: where speed sets change, the straight line is flown as fast as they let.  None when
-    no time up to ``horizon`` is admitted.
+    With A = B = I it is the straight line at constant speed.  Least effort is the minimum-norm
+    solution of the reachability equation.  A number of steps is accepted if these controls lie in
+    their sets, or if those of the least sum of u_t' u_t / room_t do, which use the larger sets
+    more: where speed sets change, the straight line is followed as fast as they permit.  The
+    result is None if no number of steps up to ``horizon`` is accepted.
+
+    Raises
+    ------
+    InputError
+        If states or errors outgrow double arithmetic within the horizon.
     """
+    check_growth(agent, horizon)
     select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
     controls = np.zeros((horizon, agent.control_dim))
     if make_plan(agent, controls).arrival == 0:
@@ -29,30 +35,38 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
         blocks.append(power @ agent.B)
         power = power @ agent.A
         effect = select @ np.hstack(blocks[::-1])
-        wanted = agent.goal - select @ power @ agent.start
-        steps = _least_effort(effect, wanted, np.ones(t))
+        change = agent.goal - select @ power @ agent.start
+        steps = _least_effort(effect, change, np.ones(t))
+        if not (np.abs(steps) <= tol.LARGEST).all():  # no control set is that large
+            continue
         left = room(agent.control, steps)
-        if left.min() < 1 < left.max():  # some bear too much, and others could bear more
-            steps = _least_effort(effect, wanted, np.sqrt(left))
-        reached = np.abs(effect @ steps.ravel() - wanted).max() <= tol.LENGTH
-        if reached and excess(agent.control, steps) <= tol.CONTROL:
+        if left.min() < 1 < left.max():  # some controls leave their sets, others have room
+            steps = _least_effort(effect, change, np.sqrt(left))
+        if excess(agent.control, steps) > tol.CONTROL:
+            continue
+        if np.abs(effect @ steps.ravel() - change).max() <= tol.LENGTH:
             controls[:t] = steps
             return make_plan(agent, controls)
     return None
 
 
-def _least_effort(effect: np.ndarray, wanted: np.ndarray, bearing: np.ndarray) -> np.ndarray:
-    """(t, m) controls with ``effect`` u = ``wanted`` and the least sum of |u_k / bearing_k|^2."""
-    share = np.repeat(bearing, effect.shape[1] // len(bearing))
-    effort = share * np.linalg.lstsq(effect * share, wanted, rcond=None)[0]
-    return effort.reshape(len(bearing), -1)
+def _least_effort(effect: np.ndarray, change: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return controls (t, m) with ``effect`` u = ``change`` and least sum of |u_k / shares_k|^2."""
+    weights = np.repeat(shares, effect.shape[1] // len(shares))
+    effort = weights * np.linalg.lstsq(effect * weights, change, rcond=None)[0]
+    return effort.reshape(len(shares), -1)
 
 
 def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For k = 1..``horizon`` steps to go: (F, f) with first control F x + f of least total effort.
+    """Return (F, f) for k = 1..``horizon`` steps to go: the first control of least effort, F x + f.
 
-    Step counts from which the goal cannot be hit (more goal components than inputs so far) are
-    left out.
+    Numbers of steps from which the goal cannot be reached (more goal components than inputs so
+    far) are omitted.
+
+    Raises
+    ------
+    InputError
+        If no number of steps reaches the goal.
     """
     select, power = goal_selector(agent), np.eye(agent.state_dim)
     blocks: list[np.ndarray] = []
@@ -65,5 +79,5 @@ def least_effort_laws(agent: Agent, horizon: int) -> list[tuple[np.ndarray, np.n
             continue
         first = np.linalg.pinv(effect)[: agent.control_dim]
         laws.append((-first @ select @ power, first @ agent.goal))
-    require(bool(laws), "goal", "cannot be controlled", "check A and B")
+    require(bool(laws), "goal", "cannot be reached by any control", "check A and B")
     return laws

@@ -1,7 +1,7 @@
-"""Plans and profiles: what an agent means to do, and what everybody means to do.
+"""Plans and profiles: the nominal controls of one agent, and those of all agents.
 
-A plan is its controls; means and arrival follow from them.  From its arrival on the agent has
-left the game: its mean stays where it arrived and its controls are zero.
+Controls determine means and arrival.  An agent leaves the game at its arrival: from then on its
+mean is constant and its controls are zero.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import goal_selector, rollout
 from ppg_env.game.game import Game
 from ppg_env.support.frozen import Record, frozen_array
-from ppg_env.support.validation import numbers
+from ppg_env.support.validation import finite_array, shape_text
 
 
 @dataclass(frozen=True, eq=False)
 class Plan(Record):
-    """One agent's plan; made by :func:`make_plan`.
+    """One agent's plan; build it with :func:`make_plan`.
 
     Attributes
     ----------
-    controls : (H, m) nominal inputs, zero from the arrival on.
-    means : (H+1, n) nominal states, constant from the arrival on.
-    arrival : first time at which the mean is at the goal; None if that never happens.
+    controls : (H, m) nominal inputs, zero from the arrival.
+    means : (H+1, n) nominal states, constant from the arrival.
+    arrival : first time at which the mean is at the goal; None if it never is.
     """
 
     controls: np.ndarray
@@ -42,12 +42,12 @@ Profile = tuple[Plan, ...]
 
 
 def make_plan(agent: Agent, controls: Any) -> Plan:
-    """The plan that plays ``controls`` (H, m) from the agent's start until it arrives."""
+    """Return the plan of ``controls`` (H, m) applied from the agent's start until it arrives."""
     controls = np.array(controls, dtype=np.float64)
     means = rollout(agent, controls)
     miss = np.abs(means @ goal_selector(agent).T - agent.goal).max(axis=1)
-    there = np.flatnonzero(miss <= tol.LENGTH)
-    arrival = int(there[0]) if there.size else None
+    at_goal = np.flatnonzero(miss <= tol.LENGTH)
+    arrival = int(at_goal[0]) if at_goal.size else None
     if arrival is not None:
         controls[arrival:] = 0.0
         means[arrival:] = means[arrival]
@@ -55,12 +55,12 @@ def make_plan(agent: Agent, controls: Any) -> Plan:
 
 
 def make_profile(game: Game, controls: Sequence[Any]) -> Profile:
-    """A profile from each agent's controls, shapes checked.
+    """Return the profile of each agent's controls, shapes checked.
 
     Raises
     ------
     InputError
-        If there are not N sequences of (H, m) finite numbers.
+        If there are not N sequences of (H, m) finite numbers, at most ``tol.LARGEST`` in size.
     """
     require(
         len(controls) == len(game.agents),
@@ -71,14 +71,11 @@ def make_profile(game: Game, controls: Sequence[Any]) -> Profile:
     plans = []
     for i, (agent, sequence) in enumerate(zip(game.agents, controls, strict=True)):
         remedy = f"write {game.horizon} rows of {agent.control_dim} numbers"
-        try:
-            array = numbers(sequence)
-        except ValueError:
-            array = np.array(np.nan)
+        array = finite_array(sequence, f"controls[{i}]", remedy)
         require(
-            array.shape == (game.horizon, agent.control_dim) and bool(np.isfinite(array).all()),
+            array.shape == (game.horizon, agent.control_dim),
             f"controls[{i}]",
-            "is not a full table of finite numbers",
+            f"has shape {shape_text(array)}",
             remedy,
         )
         plans.append(make_plan(agent, array))

@@ -1,7 +1,7 @@
-r"""Bounded convex polytopes, the shapes, control sets, obstacles and collision sets of a game.
+r"""Bounded convex polytopes: the shapes, control sets, obstacles and collision sets of a game.
 
-A polytope is kept as it was written (``kind`` and ``params``), so that a game file survives a
-round trip; both descriptions are derived from that when first asked for:
+A polytope keeps the arguments of its constructor (``kind`` and ``params``), so that a game file
+survives a round trip; both descriptions are derived from them on first use:
 
     { x : normals x <= offsets }  =  conv(vertices),   unit normals, no redundant face.
 
@@ -18,24 +18,30 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env.errors import InputError, require
+from ppg_env import tolerances as tol
+from ppg_env.errors import require
 from ppg_env.game.hulls import (
     corners_of_halfspaces,
     corners_of_points,
     faces_of,
-    has_interior,
     in_order,
+    require_volume,
 )
 from ppg_env.support.frozen import Record, frozen_array
-from ppg_env.support.validation import numbers
+from ppg_env.support.validation import finite_array, require_size, shape_text
 
 MOST_SIDES, MOST_AXES = 360, 10
-"""PlannerOptions on regular polygons and L1 balls: beyond them faces are too many to plan with."""
+"""Most sides of a regular polygon, and most dimensions of a polytope: a body with more faces is too
+large to plan with."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polytope(Record):
     """A bounded convex polytope in d dimensions; build it with one of the constructors.
+
+    The constructors refuse, with :class:`~ppg_env.InputError`, a set that is empty, unbounded or
+    flat, that is narrower than ``tol.SMALLEST`` or reaches beyond ``tol.LARGEST``.  A box may have
+    sides of zero.
 
     Attributes
     ----------
@@ -53,68 +59,74 @@ class Polytope(Record):
 
     @classmethod
     def box(cls, sides: Any) -> Polytope:
-        """{x : |x_k| <= sides_k / 2}; ``sides`` (d,) are full lengths, zero allowed (a point)."""
-        array = _finite(sides, "sides", "a list of side lengths such as [15.0, 15.0]")
+        """Return {x : |x_k| <= sides_k / 2}; ``sides`` (d,) are full lengths, zero allowed."""
+        remedy = "write one non-negative length per axis, such as [15.0, 15.0]"
+        array = finite_array(sides, "", remedy)
         require(
             array.ndim == 1 and array.size > 0 and bool((array >= 0).all()),
             "",
-            f"has sides {array.tolist()}",
-            "write one non-negative length per axis, such as [15.0, 15.0]",
+            f"has sides {array.tolist()!s:.40}",
+            remedy,
         )
-        return cls("box", (frozen_array(array),))
+        _check_dim(array.size)
+        if array.any():
+            _check_width(float(array[array > 0].min()), float(array.max()))
+        return cls("box", (array,))
 
     @classmethod
     def l1(cls, radius: float, dim: int = 2) -> Polytope:
-        """{x : |x_1| + ... + |x_d| <= radius}, in ``dim`` dimensions."""
-        _whole(dim, 1, MOST_AXES, "dimensions")
-        return cls("l1", (_radius(radius), frozen_array(dim)))
+        """Return {x : |x_1| + ... + |x_d| <= radius}, in ``dim`` dimensions."""
+        _check_whole(dim, 1, MOST_AXES, "dimensions")
+        return cls("l1", (_checked_radius(radius), frozen_array(dim)))
 
     @classmethod
     def disc(cls, radius: float, sides: int = 16) -> Polytope:
-        """The regular polygon with ``sides`` corners on a circle, one at x = radius."""
-        _whole(sides, 3, MOST_SIDES, "sides")
-        return cls("disc", (_radius(radius), frozen_array(sides)))
+        """Return the regular polygon with ``sides`` corners on a circle, one at x = radius."""
+        _check_whole(sides, 3, MOST_SIDES, "sides")
+        return cls("disc", (_checked_radius(radius), frozen_array(sides)))
 
     @classmethod
     def from_vertices(cls, vertices: Any) -> Polytope:
-        """conv(vertices) of ``vertices`` (V, d); points inside the hull are allowed."""
-        array = _finite(vertices, "vertices", "a list of points such as [[0, 0], [1, 0], [0, 1]]")
+        """Return conv(vertices) of ``vertices`` (V, d); points inside the hull are allowed."""
+        remedy = "write a list of points such as [[0, 0], [1, 0], [0, 1]]"
+        array = finite_array(vertices, "vertices", remedy)
         require(
             array.ndim == 2 and array.size > 0,
             "",
-            f"has vertices of shape {_shape(array)}",
+            f"has vertices of shape {shape_text(array)}",
             "write a list of points, each with the same number of coordinates",
         )
-        made = cls("vertices", (frozen_array(array),))
-        require(
-            has_interior(array),
-            "",
-            "has vertices that lie in a plane or on a line, so its volume is zero",
-            f"give at least {array.shape[1] + 1} points in general position",
-        )
-        _ = made.faces  # what the hull code cannot take is a mistake to report now
-        return made
+        _check_dim(array.shape[1])
+        return cls("vertices", (array,))._checked()
 
     @classmethod
     def from_halfspaces(cls, normals: Any, offsets: Any) -> Polytope:
-        """{x : normals x <= offsets} of ``normals`` (F, d), ``offsets`` (F,)."""
-        rows = _finite(normals, "normals", "one row of numbers per half-plane")
-        limits = _finite(offsets, "offsets", "one number per half-plane")
+        """Return {x : normals x <= offsets} of ``normals`` (F, d) and ``offsets`` (F,)."""
+        rows = finite_array(normals, "normals", "write one row of numbers per half-plane")
+        limits = finite_array(offsets, "offsets", "write one number per half-plane")
         require(
             rows.ndim == 2 and limits.shape == rows.shape[:1] and rows.size > 0,
             "",
-            f"has normals of shape {_shape(rows)} and offsets of shape {_shape(limits)}",
+            f"has normals of shape {shape_text(rows)} and offsets of shape {shape_text(limits)}",
             "write one normal and one offset per half-plane",
         )
+        _check_dim(rows.shape[1])
+        shortest = float(np.linalg.norm(rows, axis=1).min())
         require(
-            bool((np.linalg.norm(rows, axis=1) > 0).all()),
-            "",
-            "has a normal of length zero",
-            "remove that half-plane",
+            shortest >= 1 / tol.LARGEST,
+            "normals",
+            f"has a normal of length {shortest:.4g}, too short to give a direction",
+            "scale that normal and its offset up, or remove the half-plane",
         )
-        made = cls("halfspaces", (frozen_array(rows), frozen_array(limits)))
-        _ = made.vertices  # an empty or unbounded set is a mistake to report now
-        return made
+        return cls("halfspaces", (rows, limits))._checked()
+
+    def _checked(self) -> Polytope:
+        """Return self, after both descriptions are derived and found to be wide enough."""
+        if self.kind == "vertices":
+            require_volume(self.params[0])
+        opposite = self.support(-self.normals)
+        _check_width(float((self.offsets + opposite).min()), float(np.abs(self.vertices).max()))
+        return self
 
     @property
     def dim(self) -> int:
@@ -182,32 +194,37 @@ class Polytope(Record):
 
 
 def collision_set(own: Polytope, other: Polytope) -> Polytope:
-    """K = other + (-own): the values of r_own - r_other at which the two bodies overlap.
+    """Return K = other + (-own), the values of r_own - r_other at which the two bodies overlap.
 
     Raises
     ------
     InputError
-        If the sum is flat (two bodies without volume can never be said to collide).
+        If the sum is flat (two bodies without volume cannot collide), or too thin for its size.
     """
     sums = (other.vertices[:, None, :] - own.vertices[None, :, :]).reshape(-1, other.dim)
-    return Polytope.from_vertices(sums)
+    require_volume(sums)
+    collision = Polytope("vertices", (sums,))
+    _ = collision.faces  # corners that qhull cannot separate are reported here
+    return collision
 
 
-def _finite(values: Any, name: str, remedy: str) -> np.ndarray:
-    try:
-        array = numbers(values)
-    except ValueError:
-        raise InputError("", f"has {name} not made of numbers", f"write {remedy}") from None
+def _check_width(width: float, reach: float, what: str = "width") -> None:
+    """Refuse a polytope too thin for the tolerances; ``reach`` is its largest coordinate."""
+    require_size(reach, "")
+    least = max(tol.SMALLEST, tol.FLAT * reach)
     require(
-        bool(np.isfinite(array).all()),
+        width >= least,
         "",
-        f"has {name} with an entry that is not a finite number",
-        f"write {remedy}",
+        f"has the {what} {width:.4g}, too small for double arithmetic",
+        f"choose a unit of length in which it is at least {least:.4g}",
     )
-    return array
 
 
-def _whole(value: Any, least: int, most: int, what: str) -> None:
+def _check_dim(dim: int) -> None:
+    require(dim <= MOST_AXES, "", f"has {dim} dimensions", f"use at most {MOST_AXES}")
+
+
+def _check_whole(value: Any, least: int, most: int, what: str) -> None:
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     require(
         whole and least <= value <= most,
@@ -217,16 +234,9 @@ def _whole(value: Any, least: int, most: int, what: str) -> None:
     )
 
 
-def _radius(radius: Any) -> np.ndarray:
-    array = _finite(radius, "a radius", "one positive number")
-    require(
-        array.ndim == 0 and float(array) > 0,
-        "",
-        f"has radius {radius!r:.40}",
-        "write one positive number",
-    )
-    return frozen_array(array)
-
-
-def _shape(array: np.ndarray) -> str:
-    return "x".join(str(size) for size in array.shape) or "a single number"
+def _checked_radius(radius: Any) -> np.ndarray:
+    remedy = "write one positive number"
+    array = finite_array(radius, "", remedy)
+    require(array.ndim == 0 and float(array) > 0, "", f"has radius {radius!r:.40}", remedy)
+    _check_width(float(array), float(array), "radius")
+    return array

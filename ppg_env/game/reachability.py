@@ -1,4 +1,9 @@
-"""Reachable sets: what an agent's mean can reach, and from where its goal can be met."""
+r"""Reachable sets: what an agent's mean can reach, and from where its goal can be met.
+
+    max a.xbar_t = a.A^t x_0 + sum_{k<t} h_k(B' (A^{t-k-1})' a)
+
+with h_k the support of U_k, the control set of step k.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +11,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import goal_selector
 from ppg_env.game.input_sets import pieces
 
 WORST_CONDITION = 1e8
-"""Beyond that the inverse of A is noise."""
+"""Condition number of A beyond which its inverse is numerical noise."""
 
 
 def reach_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray:
-    """(H+1, F) largest value of a . xbar_t over all controls, for ``directions`` (F, n)."""
+    """Return the largest a . xbar_t (H+1, F) over all controls, for ``directions`` (F, n)."""
     drift, result = agent.start, np.empty((horizon + 1, len(directions)))
     for t in range(horizon + 1):
         result[t] = directions @ drift
@@ -31,29 +37,33 @@ class BackwardReach:
     """Largest a . xbar_t over states from which the goal can be met, for ``directions`` (F, n).
 
     With k = T - t steps to go,  x_t = A^-k goal - sum_{l<k} A^-(l+1) B u_{t+l},  which needs an
-    invertible A and a goal that fixes the whole state.
+    invertible A and a goal that fixes the whole state.  The bound is infinite where the powers of
+    the inverse exceed ``tol.LARGEST``.
     """
 
     def __init__(self, agent: Agent, directions: np.ndarray, horizon: int) -> None:
         inverse, rows = np.linalg.inv(agent.A), np.array(directions)
-        self._goal = np.empty((horizon + 1, len(directions)))
+        self._goal = np.full((horizon + 1, len(directions)), np.inf)
+        self._last = 0
         for k in range(horizon + 1):
-            self._goal[k] = rows @ agent.goal
+            if np.abs(rows).max() > tol.LARGEST:
+                break
+            self._last, self._goal[k] = k, rows @ agent.goal
             rows = rows @ inverse
-        self._sums = _support_sums(agent, -directions @ inverse, inverse, horizon)
+        self._sums = _support_sums(agent, -directions @ inverse, inverse, self._last)
         self._spans = _spans(agent, horizon)
 
     @staticmethod
     def exists(agent: Agent) -> bool:
-        """Whether there is one for the agent."""
+        """Return whether A is invertible and the goal fixes the whole state."""
         regular = np.linalg.cond(agent.A) <= WORST_CONDITION
         return bool(agent.goal.size == agent.state_dim and regular)
 
     def upper(self, arrival: int) -> np.ndarray:
-        """(T+1, F) bounds at t = 0..T for plans that meet the goal at T = ``arrival``."""
+        """Return bounds (T+1, F) at t = 0..T for plans that meet the goal at T = ``arrival``."""
         times = np.arange(arrival + 1)
         left = arrival - times
-        result = self._goal[left]
+        result, left = self._goal[left], np.minimum(left, self._last)
         for (first, last), total in zip(self._spans, self._sums, strict=True):
             result = result + total[np.clip(last - times, 0, left)]
             result = result - total[np.clip(first - times, 0, left)]
@@ -63,7 +73,7 @@ class BackwardReach:
 def _support_sums(
     agent: Agent, directions: np.ndarray, turn: np.ndarray, count: int
 ) -> list[np.ndarray]:
-    """For each control set, (count+1, F) sums of h(B' (turn^l)' a) over l < k, k = 0..``count``."""
+    """Return, per control set, sums (count+1, F) of h(B' (turn^l)' a), l < k, k = 0..``count``."""
     sums = [np.zeros((count + 1, len(directions))) for _ in pieces(agent.control)]
     rows = np.array(directions)
     for k in range(count):
@@ -74,17 +84,17 @@ def _support_sums(
 
 
 def _spans(agent: Agent, horizon: int) -> list[tuple[int, int]]:
-    """First step of each control set, and of the one after it; both at most ``horizon``."""
+    """Return the first step of each control set and of the next one, at most ``horizon``."""
     firsts = [min(first, horizon) for first, _ in pieces(agent.control)] + [horizon]
     return list(pairwise(firsts))
 
 
 def plan_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray:
-    """(H+1, F) bound on a . xbar_t over all plans that reach the goal by the horizon.
+    """Return a bound (H+1, F) on a . xbar_t over all plans that reach the goal by the horizon.
 
-    The smaller of what can be reached from the start and what can still reach the goal.  The
-    second half holds where an arrived agent could rest at its goal, so that the mean may be
-    continued there: A goal = goal with 0 in every U_t, the whole state fixed, and A invertible.
+    The bound is the smaller of the forward bound from the start and the backward bound from the
+    goal.  The backward bound applies where an arrived agent can rest at its goal: A goal = goal
+    with 0 in every U_t, the whole state fixed, and A invertible.
     """
     forward = reach_upper(agent, directions, horizon)
     if not _can_rest_at_goal(agent):
@@ -93,17 +103,17 @@ def plan_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray
 
 
 def _can_rest_at_goal(agent: Agent) -> bool:
-    nothing = np.zeros(agent.control_dim)
-    idle = all(held.clearance(nothing) <= 0 for _, held in pieces(agent.control))
+    zero = np.zeros(agent.control_dim)
+    idle = all(held.clearance(zero) <= 0 for _, held in pieces(agent.control))
     rests = BackwardReach.exists(agent) and np.array_equal(agent.A @ agent.goal, agent.goal)
     return bool(idle and rests)
 
 
 def earliest_arrival(agent: Agent, limit: int) -> int | None:
-    """First t <= ``limit`` at which the mean can be at the goal, ignoring everybody else.
+    """Return the first t <= ``limit`` at which the mean can be at the goal, other agents ignored.
 
-    Supports along the axes rule most times out; a linear program decides the rest.
-    None when the goal cannot be reached in time.
+    Supports along the axes exclude most times; a linear program decides the others.
+    The result is None if the goal cannot be reached in time.
     """
     select = goal_selector(agent)
     slack = 1e-9 * max(1.0, float(np.abs(agent.goal).max()))
@@ -128,7 +138,7 @@ def _reachable_at(agent: Agent, t: int) -> bool:
         blocks.append(power @ agent.B)
         power = power @ agent.A
     faces = [agent.control_at(k).faces for k in reversed(range(t))]
-    answer = linprog(
+    solution = linprog(
         np.zeros(t * agent.control_dim),
         A_ub=block_diag([normals for normals, _ in faces]),
         b_ub=np.concatenate([offsets for _, offsets in faces]),
@@ -137,4 +147,4 @@ def _reachable_at(agent: Agent, t: int) -> bool:
         bounds=(None, None),
         method="highs",
     )
-    return answer.status == 0
+    return solution.status == 0

@@ -1,6 +1,6 @@
 """Scenarios: named courses, each a function in a module of this package.
 
-A module's public functions that return a ``Course`` are its scenarios; adding one touches no
-other file.  A course states starts, goals and obstacles; :func:`ppg_env.make_game` adds the default
-body, speed, noise and weights of the paper.
+The public functions of a module are its scenarios; each returns a ``Course``.  Adding one changes
+no other file.  A course contains starts, goals and obstacles; :func:`ppg_env.make_game` adds the
+default body, speed, noise and weights of the paper.
 """

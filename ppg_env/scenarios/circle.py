@@ -1,4 +1,4 @@
-"""Agents on a circle, each bound for the opposite point."""
+"""Agents on a circle, each with the opposite point as its goal."""
 
 from __future__ import annotations
 
@@ -21,6 +21,6 @@ def circle(n: int = 6, radius: float | None = None) -> Course:
     angles = [2 * pi * k / n for k in range(n)]
     starts = [(radius * cos(a), radius * sin(a)) for a in angles]
     goals = [(-x, -y) for x, y in starts]
-    # The slowest default speed set is the L1 ball of radius 10; three steps more to give way.
+    # The slowest default speed set is the L1 ball of radius 10; three more steps to give way.
     slowest = ceil(2 * radius * sqrt(2) / 10)
     return Course(starts, goals, horizon=max(15, slowest + 3))

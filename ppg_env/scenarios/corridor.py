@@ -1,4 +1,4 @@
-"""Traffic both ways between two walls."""
+"""Two-way traffic between two walls."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ppg_env.game.polytope import Polytope
 from ppg_env.scenarios.course import Course
 
 LENGTH = 40.0
-"""From one mouth of the corridor to the other."""
+"""Length of the corridor."""
 
 
 def corridor(width: float = 45.0) -> Course:

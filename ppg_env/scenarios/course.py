@@ -1,4 +1,4 @@
-"""What a scenario states; everything else of a game has a default."""
+"""The course of a scenario: all of a game that has no default."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Course:
     ----------
     starts, goals : N points of d coordinates each.
     obstacles : static polytopes.
-    horizon : last step H, if the default of 15 is too short for the course.
+    horizon : last step H.
     """
 
     starts: Sequence[Sequence[float]]

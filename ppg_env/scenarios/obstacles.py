@@ -1,4 +1,4 @@
-"""One agent among static obstacles: the picture of the paper's first program, MP1."""
+"""One agent among static obstacles, as in the paper's figure of its first program, MP1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The four scenarios of the paper's experiments, and the one its caption describes."""
+"""The four scenarios of the paper's experiments, and the scenario that its caption describes."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from ppg_env.errors import InputError, require
 from ppg_env.scenarios.course import Course
 
 ROOM = 45.0
-"""Side of the square per agent: bodies of 15 cover a ninth of the field."""
+"""Side of the square per agent: bodies of side 15 cover a ninth of the field."""
 
 APART = 30.0
 """Least distance, along some axis, between two starts and between two goals."""
@@ -29,7 +29,7 @@ def random(n: int = 6, seed: int = 0) -> Course:
 
 
 def _scattered(generator: np.random.Generator, n: int, side: float) -> np.ndarray:
-    """(n, 2) points, no two within :data:`APART` of each other along both axes."""
+    """Return points (n, 2), no two within :data:`APART` of each other along both axes."""
     points: list[np.ndarray] = []
     for _ in range(TRIES):
         point = generator.uniform(0, side, 2).round(1)

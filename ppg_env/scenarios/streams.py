@@ -19,7 +19,7 @@ def streams(n: int = 6, spacing: float = 30.0) -> Course:
     starts, goals = [], []
     for k in range(n):
         lane, place = (k // 2) % lanes * spacing, (k // 2) // lanes * spacing
-        # Everybody crosses the whole field and leaves the same queue behind it.
+        # Every agent crosses the whole field; the queues re-form behind it.
         along, across = -spacing - place, width + queue - place
         east = k % 2 == 0
         starts.append((along, lane) if east else (lane, along))

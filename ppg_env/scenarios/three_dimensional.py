@@ -1,4 +1,4 @@
-"""Three dimensions."""
+"""Scenarios in three dimensions."""
 
 from __future__ import annotations
 

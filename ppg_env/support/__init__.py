@@ -1,1 +1,1 @@
-"""The ground floor: validation, frozen records, atomic writes, statistics."""
+"""Support: validation, frozen records, atomic writes, statistics."""

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all."""
+"""Atomic writes: a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ppg_env.errors import InputError, require
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
-    """Write ``content`` to ``path`` through a temporary file beside it, and return the path.
+    """Write ``content`` to ``path`` through a temporary file in its folder, and return the path.
 
     Raises
     ------
     InputError
-        If the folder does not exist or cannot be written to; an old file is then untouched.
+        If the folder does not exist or is not writable; an existing file is then unchanged.
     """
-    target = Path(path).resolve()  # through links, which stay links
+    target = Path(path).resolve()  # a symbolic link is followed and remains
     require(
         target.is_file() or not target.exists(),
         str(path),
@@ -38,21 +38,26 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
         raise InputError(
             str(path),
             f"cannot be written ({error.strerror})",
-            "choose a folder that exists and is yours",
+            "choose an existing, writable folder",
         ) from None
     return Path(path)
 
 
 def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> None:
-    """Refuse a file in a folder that does not exist, or of another kind than is written.
+    """Refuse a path whose folder does not exist or whose ending is not ``suffix``.
 
-    To be called before any work is done for the file; the folder ``ours`` may still be made.
+    Call it before the work for the file starts.  The folder ``ours`` need not exist yet.
+
+    Raises
+    ------
+    InputError
+        If the path cannot be the target of a write.
     """
     require(
         Path(path).suffix.lower() == suffix,
         str(path),
         f"does not end in {suffix}",
-        f"name a {suffix} file, the only kind that is written",
+        f"name a {suffix} file, the only supported format",
     )
     require(not Path(path).is_dir(), str(path), "is a folder", f"name a {suffix} file to write")
     folder = Path(path).parent
@@ -60,7 +65,7 @@ def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> Non
         folder == ours or folder.is_dir(),
         str(path),
         f"cannot be written (there is no folder {str(folder)!r})",
-        "choose a folder that exists and is yours",
+        "choose an existing, writable folder",
     )
 
 

@@ -1,4 +1,4 @@
-"""Frozen records that hold arrays, and yet compare, hash, copy and pickle like values."""
+"""Frozen records with array fields that compare, hash, copy and pickle by value."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def frozen_array(values: Any) -> np.ndarray:
-    """A read-only float64 copy; -0.0 becomes 0.0 so that equal values have equal bytes."""
+    """Return a read-only float64 copy; -0.0 becomes 0.0, so that equal values have equal bytes."""
     array = np.array(values, dtype=np.float64) + 0.0
     array.setflags(write=False)
     return array
@@ -27,7 +27,7 @@ def _key(value: Any) -> Any:
 class Record:
     """Mixin for ``@dataclass(frozen=True, eq=False)``: value semantics over array fields."""
 
-    # The type checker cannot know that whoever mixes this in is a dataclass.
+    # The type checker cannot know that every subclass is a dataclass.
 
     @cached_property
     def _identity(self) -> tuple[Any, ...]:
@@ -46,5 +46,5 @@ class Record:
         return self._hash
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Through the constructor: copies are validated and their arrays read-only again.
+        # The constructor validates the copy and makes its arrays read-only.
         return type(self), tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]

@@ -1,13 +1,13 @@
-r"""Probabilities with what can be promised about them.
+r"""Estimates of probabilities with confidence intervals.
 
-- ``proportion``: k of n independent episodes, Clopper-Pearson: exact whatever k is.
+- ``proportion``: k of n independent episodes, Clopper-Pearson: exact for every k.
 - ``difference``: of two proportions of the same n episodes.  Only discordant episodes count, b of
-  one kind and c of the other, and their limits are squared and added (MOVER; Zou & Donner,
-  Statistics in Medicine 27, 2008), with Clopper-Pearson's [L, U] of either and -r their
-  multinomial correlation.  Those limits are wide for small counts, where normal ones fail: the
-  exact coverage, summed over all outcomes, stays above the stated one.
-- ``weighted``: the mean of independent y_k in [0, ceiling], by its standard error; what the
-  samples may have missed is bounded by the ceiling.
+  one kind and c of the other; their limits are squared and added (MOVER; Zou & Donner,
+  Statistics in Medicine 27, 2008), with the Clopper-Pearson limits [L, U] of each and -r their
+  multinomial correlation.  These limits are wide for small counts, where normal limits fail: the
+  exact coverage, summed over all outcomes, exceeds the stated coverage.
+- ``weighted``: the mean of independent y_k in [0, ceiling], by its standard error; the
+  ceiling bounds the contribution of values that no sample shows.
 - ``repeated``: the mean of a few independent, unbiased estimates, by their spread.
 
 The limits of a difference:
@@ -33,8 +33,8 @@ standard error is then below 10 % and its distribution close to normal."""
 class Estimate:
     """A probability with its Clopper-Pearson interval.
 
-    ``hits`` of ``samples`` episodes; ``value`` is their ratio, and [low, high] covers the true
-    probability with the stated confidence.
+    ``hits`` of ``samples`` episodes show the event, ``value`` is the ratio, and [low, high] covers
+    the true probability with the stated confidence.
     """
 
     hits: int
@@ -44,18 +44,18 @@ class Estimate:
 
     @property
     def value(self) -> float:
-        """Share of episodes with the event."""
+        """Proportion of episodes with the event."""
         return self.hits / self.samples
 
     @property
     def trusted(self) -> bool:
-        """Whether the interval can be relied on: always, it is exact."""
+        """Whether the interval is reliable: always, it is exact."""
         return True
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value with the limits of its confidence interval; nan where nothing was seen."""
+    """A value with the limits of its confidence interval; nan without observations."""
 
     value: float
     low: float
@@ -69,10 +69,9 @@ class RareEstimate:
     Attributes
     ----------
     standard_error : estimated standard deviation of ``value``.
-    effective_samples : equally weighted samples with the event that would be worth as much.
-    trusted : whether the interval can be relied on; if not, its upper limit is one that can be
-        proved.
-    advice : why it cannot, and what to do; else empty.
+    effective_samples : number of equally weighted samples with the event of the same precision.
+    trusted : whether the interval is reliable; if not, its upper limit is a proved bound.
+    advice : why it is not reliable, and what to do; empty if it is.
     """
 
     value: float
@@ -91,7 +90,7 @@ class RareRisk:
     Attributes
     ----------
     samples : simulated episodes.
-    between : for swept crashes, probabilities of those that no instant shows.
+    between : for swept crashes, probabilities of the crashes between the time steps only.
     """
 
     agents: list[RareEstimate]
@@ -102,7 +101,7 @@ class RareRisk:
 
 
 def proportion(hits: int, samples: int, confidence: float = 0.95) -> Estimate:
-    """The exact (Clopper-Pearson) interval of a binomial proportion: quantiles of the beta law."""
+    """Return the exact (Clopper-Pearson) interval of a binomial proportion."""
     from scipy.special import betaincinv
 
     tail, misses = (1 - confidence) / 2, samples - hits
@@ -112,7 +111,7 @@ def proportion(hits: int, samples: int, confidence: float = 0.95) -> Estimate:
 
 
 def difference(more: int, less: int, samples: int, confidence: float = 0.95) -> Interval:
-    """Difference of two proportions of the same episodes; see the module's formula.
+    """Return the difference of two proportions of the same episodes, by the module's formula.
 
     ``more`` episodes have the first event only, ``less`` the second only.
     """
@@ -138,18 +137,22 @@ def weighted(
     ceiling: float,
     confidence: float = 0.95,
 ) -> RareEstimate:
-    """Mean of ``samples`` independent values in [0, ``ceiling``], with its normal interval.
+    """Return the mean of independent values in [0, ``ceiling``] with its normal interval.
 
     Parameters
     ----------
-    hits : values that are not zero.
+    hits : number of nonzero values.
+    samples : number of values.
     total, squares : sums of the values and of their squares, in ``unit`` and its square.
-    ceiling : largest value that there can be, whether it was seen or not.
+    ceiling : largest possible value, observed or not.
+    confidence : of the interval.
 
-    It is no narrower than Clopper-Pearson's of the share of hits.  It is trusted if the hits, and
-    the hits of the largest possible value that would have the same sum, are worth ``ENOUGH``
-    samples, or if all values must be zero.  If it is not, the upper limit becomes what can be
-    proved: ``ceiling`` times that of the share.
+    Notes
+    -----
+    The interval is at least as wide as the Clopper-Pearson interval of the proportion of hits.  It
+    is trusted if the hits, and the hits of the largest possible value with the same sum, amount to
+    ``ENOUGH`` effective samples, or if all values must be zero.  Otherwise the upper limit is a
+    proved bound: ``ceiling`` times the upper limit of the proportion.
     """
     from scipy.special import ndtri
 
@@ -162,7 +165,7 @@ def weighted(
     worth = value / share.value if hits else 0.0  # of a hit, on average
     low, high = min(value - half, worth * share.low), max(value + half, worth * share.high)
     if not ceiling or (effective >= ENOUGH and total * unit >= ENOUGH * ceiling):
-        high = max(high, float(np.finfo(float).tiny))  # what is smaller is no number
+        high = max(high, float(np.finfo(float).tiny))  # the least normal number
         return RareEstimate(
             min(value, 1.0), min(max(low, 0.0), 1.0), min(high, 1.0), error, effective, True
         )
@@ -172,10 +175,10 @@ def weighted(
 
 
 def repeated(values: np.ndarray, plain: Estimate, confidence: float = 0.95) -> RareEstimate:
-    """Mean of independent, unbiased ``values`` (R,), with Student's interval cut off at zero.
+    """Return the mean of independent, unbiased ``values`` (R,) with Student's interval, cut at 0.
 
-    It is trusted if its standard error is that of ``ENOUGH`` samples.  If it is not, the upper
-    limit is at least that of ``plain``, an estimate by counting.
+    It is trusted if its standard error is that of ``ENOUGH`` samples.  Otherwise the upper limit
+    is at least that of ``plain``, an estimate by counting.
     """
     from scipy.special import stdtrit
 
@@ -191,16 +194,17 @@ def repeated(values: np.ndarray, plain: Estimate, confidence: float = 0.95) -> R
 
 
 def counted(plain: Estimate, advice: str = "") -> RareEstimate:
-    """A proportion beside rarer ones; trusted unless there is ``advice``."""
+    """Return a proportion as a ``RareEstimate``, trusted unless there is ``advice``."""
     error = sqrt(plain.value * (1 - plain.value) / plain.samples)
     return RareEstimate(plain.value, plain.low, plain.high, error, plain.hits, not advice, advice)
 
 
 def averaged(parts: Sequence[RareEstimate], confidence: float = 0.95) -> RareEstimate:
-    """Mean of independent estimates of different probabilities, such as of several trainings.
+    """Return the mean of independent estimates of different probabilities.
 
-    It is trusted if its standard error is that of ``ENOUGH`` samples, and that of every part of a
-    quarter as many; otherwise its upper limit is the mean of theirs.
+    The parts are, for example, the estimates of several trainings.  The mean is trusted if its
+    standard error is that of ``ENOUGH`` samples, and that of every part of a quarter as many;
+    otherwise its upper limit is at least the mean of the upper limits of the parts.
     """
     from scipy.special import ndtri
 

@@ -1,4 +1,7 @@
-"""Numbers and matrices at the door: converted, checked, or refused in one sentence."""
+"""Validation of numbers and matrices: each is converted, or refused in one sentence.
+
+A number of a game is finite and at most :data:`ppg_env.tolerances.LARGEST` in absolute value.
+"""
 
 from __future__ import annotations
 
@@ -12,23 +15,32 @@ from ppg_env.support.frozen import frozen_array
 
 
 def finite_number(value: Any, place: str, remedy: str) -> float:
-    """A finite float, or an :class:`InputError` at ``place``."""
+    """Return ``value`` as a float.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number of at most ``tol.LARGEST`` in absolute value.
+    """
     ok = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     try:
         number = float(value) if ok else float("nan")
     except OverflowError:
         number = float("inf")
     require(bool(np.isfinite(number)), place, f"is {value!r:.40}, not a finite number", remedy)
+    require(
+        abs(number) <= tol.LARGEST, place, f"is {number:g}, too large for double arithmetic", remedy
+    )
     return number
 
 
 def numbers(values: Any) -> np.ndarray:
-    """A read-only float64 array; text, truth values and ragged lists are not numbers.
+    """Return ``values`` as a read-only float64 array.
 
     Raises
     ------
     ValueError
-        If ``values`` are not numbers, or too large for one.
+        If they are text, truth values, ragged lists, or too large for a double.
     """
     try:
         array = np.array(values)
@@ -39,46 +51,83 @@ def numbers(values: Any) -> np.ndarray:
     return frozen_array(array)
 
 
-def finite_array(values: Any, place: str, remedy: str) -> np.ndarray:
-    """A read-only array of finite numbers, or an :class:`InputError` at ``place``."""
+def finite_array(values: Any, place: str, remedy: str, largest: float = tol.LARGEST) -> np.ndarray:
+    """Return ``values`` as a read-only float64 array.
+
+    Raises
+    ------
+    InputError
+        If they are not finite numbers of at most ``largest`` in absolute value.
+    """
     try:
         array = numbers(values)
     except ValueError:
         raise InputError(place, "is not made of numbers", remedy) from None
+    if not (np.abs(array) <= largest).all():  # also where an entry is not a number
+        require(
+            bool(np.isfinite(array).all()),
+            place,
+            "has an entry that is not a finite number",
+            remedy,
+        )
+        require_size(float(np.abs(array).max()), place, largest)
+    return array
+
+
+def require_size(size: float, place: str, largest: float = tol.LARGEST) -> None:
+    """Refuse a number whose absolute value is above ``largest``."""
     require(
-        bool(np.isfinite(array).all()), place, "has an entry that is not a finite number", remedy
+        abs(size) <= largest,
+        place,
+        f"has the size {abs(size):.4g}, too large for double arithmetic",
+        f"choose units in which it is at most {largest:g}",
+    )
+
+
+def matrix(
+    values: Any, shape: tuple[int, int], place: str, largest: float = tol.LARGEST
+) -> np.ndarray:
+    """Return ``values`` as a read-only matrix of exactly this ``shape``."""
+    remedy = f"write {shape[0]} rows of {shape[1]} numbers"
+    array = finite_array(values, place, remedy, largest)
+    require(
+        array.shape == shape,
+        place,
+        f"is {shape_text(array)} where {shape[0]}x{shape[1]} is needed",
+        remedy,
     )
     return array
 
 
-def matrix(values: Any, shape: tuple[int, int], place: str) -> np.ndarray:
-    """A read-only matrix of exactly this ``shape``."""
-    remedy = f"write {shape[0]} rows of {shape[1]} numbers"
-    array = finite_array(values, place, remedy)
-    size = "x".join(str(k) for k in array.shape) or "a single number"
-    require(array.shape == shape, place, f"is {size} where {shape[0]}x{shape[1]} is due", remedy)
-    return array
-
-
-def scalar_or_matrix(values: Any, shape: tuple[int, int], place: str) -> np.ndarray:
-    """A matrix of this ``shape``; a number k stands for k I."""
-    remedy = f"write one number, or {shape[0]} rows of {shape[1]} numbers"
-    array = finite_array(values, place, remedy)
+def scalar_or_matrix(
+    values: Any, shape: tuple[int, int], place: str, largest: float = tol.LARGEST
+) -> np.ndarray:
+    """Return ``values`` as a matrix of this ``shape``; a number k stands for k I."""
+    rows = f"{shape[0]} rows of {shape[1]} numbers"
+    array = finite_array(values, place, f"write one number, or {rows}", largest)
     if array.ndim == 0:
         require(
             shape[0] == shape[1] or float(array) == 0,
             place,
-            f"is a number where a {shape[0]}x{shape[1]} matrix is due",
-            f"write {shape[0]} rows of {shape[1]} numbers",
+            f"is a number where a {shape[0]}x{shape[1]} matrix is needed",
+            f"write {rows}",
         )
         return frozen_array(float(array) * np.eye(*shape))
-    return matrix(array, shape, place)
+    return matrix(array, shape, place, largest)
 
 
 def covariance(values: Any, n: int, place: str) -> np.ndarray:
-    """An (n, n) symmetric matrix without negative eigenvalues; a number s stands for s I."""
-    matrix = scalar_or_matrix(values, (n, n), place)
-    scale = max(float(np.abs(matrix).max()), tol.DEVIATION)
+    """Return ``values`` as an (n, n) covariance; a number s stands for s I.
+
+    Raises
+    ------
+    InputError
+        If it is not symmetric, has a negative eigenvalue, or is neither zero nor of a size
+        between ``tol.LENGTH`` and ``tol.LARGEST`` squared.
+    """
+    matrix = scalar_or_matrix(values, (n, n), place, tol.LARGEST**2)
+    largest = float(np.abs(matrix).max())
+    scale = max(largest, tol.DEVIATION)
     remedy = "write a symmetric matrix without negative eigenvalues, such as [[1.9, 0], [0, 1.9]]"
     require(
         bool(np.abs(matrix - matrix.T).max() <= tol.SYMMETRY * scale),
@@ -90,7 +139,18 @@ def covariance(values: Any, n: int, place: str) -> np.ndarray:
     require(
         smallest >= -tol.SYMMETRY * scale,
         place,
-        f"is no covariance: it has the eigenvalue {smallest:.4g}",
+        f"is not a covariance: it has the eigenvalue {smallest:.4g}",
         remedy,
     )
+    require(
+        largest == 0 or largest >= tol.LENGTH**2,
+        place,
+        f"has variances of at most {largest:.4g}, too small for double arithmetic",
+        f"write 0, or choose a unit of length in which one is at least {tol.LENGTH**2:g}",
+    )
     return matrix
+
+
+def shape_text(array: np.ndarray) -> str:
+    """Return the shape of ``array`` as a message writes it: ``2x3``."""
+    return "x".join(str(size) for size in array.shape) or "a single number"

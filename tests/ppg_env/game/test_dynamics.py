@@ -294,7 +294,19 @@ def test_the_warning_comes_with_a_gain_of_minus_a_half_and_explains_the_sign() -
 
 
 @pytest.mark.filterwarnings("ignore:the spectral radius")
-def test_errors_that_grow_beyond_all_numbers_are_refused() -> None:
-    game = make_game("head_on", gain=1e200)
-    with pytest.raises(InputError, match="gain: lets position errors grow beyond all numbers"):
-        covariances(game.agents[0], game.horizon)
+def test_states_and_errors_that_outgrow_double_arithmetic_are_refused() -> None:
+    with pytest.raises(InputError, match=r"^agent\[0\]\.gain: lets position errors grow beyond"):
+        make_game("head_on", gain=1e7)
+    with pytest.raises(InputError, match=r"^agent\[0\]\.A: has powers beyond"):
+        make_game("head_on", A=[[99.0, 0.0], [0.0, 99.0]], gain=99.0)
+    (agent, *_) = make_game("head_on", gain=-0.5).agents
+    with pytest.raises(InputError, match=r"^gain: lets position errors grow beyond"):
+        covariances(agent, 1000)
+
+
+def test_backward_bounds_are_infinite_where_powers_of_the_inverse_are_too_large() -> None:
+    agent = make_game("head_on", A=[[0.01, 0.0], [0.0, 0.01]]).agents[0]
+    upper = BackwardReach(agent, np.eye(2), 300).upper(300)
+    assert np.isfinite(upper[-1]).all()
+    assert (upper[0] == np.inf).all()
+    assert not np.isnan(upper).any()

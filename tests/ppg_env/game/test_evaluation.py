@@ -244,9 +244,9 @@ def test_a_clean_plan_has_no_complaints() -> None:
 def test_the_paper_scale_gives_no_bound() -> None:
     game = make_game("parallel", scale="paper")
     found = evaluate(game, straight(game))
-    with pytest.raises(InputError, match="no bound"):
+    with pytest.raises(InputError, match="not a bound"):
         _ = found.risk_bound
-    with pytest.raises(InputError, match="no bound"):
+    with pytest.raises(InputError, match="not a bound"):
         _ = found.risk_bound_any
     assert found.risk_sum.shape == (2,)
 

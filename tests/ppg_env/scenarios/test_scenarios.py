@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import inspect
+import sys
+from collections.abc import Iterator
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ppg_env import Game, evaluate, make_game, straight_plan
+from benchmarks.cli import main
+from ppg_env import Game, InputError, evaluate, make_game, scenarios, straight_plan
 from ppg_env.game.polytope import collision_set
 from ppg_env.game.reachability import earliest_arrival
 from ppg_env.scenarios.course import Course
-from ppg_env.scenarios.registry import registry
+from ppg_env.scenarios.make import BrokenScenarioWarning
+from ppg_env.scenarios.registry import OTHERS, load_registry, registry
 
-PACKAGE = import_module("ppg_env.scenarios")  # the name ppg_env.scenarios is the function
+PACKAGE = importlib.import_module("ppg_env.scenarios")  # the name ppg_env.scenarios is the function
 
 
 def test_nobody_overlaps_at_the_start(game: Game) -> None:
@@ -63,7 +67,7 @@ def test_the_registry_is_exactly_the_public_functions_of_the_modules() -> None:
     defined = {
         node.name
         for path in folder.glob("*.py")
-        if path.name != "__init__.py"
+        if path.stem not in ("__init__", *OTHERS)
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
     }
@@ -71,26 +75,77 @@ def test_the_registry_is_exactly_the_public_functions_of_the_modules() -> None:
     assert {"opposing", "head_on", "parallel", "intersection", "intersection3", "circle"} <= defined
 
 
-def test_a_new_module_is_picked_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "brand_new.py").write_text(
-        "from ppg_env.scenarios.course import Course\n"
-        "from math import sin\n"
+@pytest.fixture
+def extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A further folder of the package; its modules are forgotten afterwards."""
+    monkeypatch.setattr(PACKAGE, "__path__", [*PACKAGE.__path__, str(tmp_path)])
+    importlib.invalidate_caches()
+    load_registry.cache_clear()
+    yield tmp_path
+    for path in tmp_path.glob("*.py"):
+        sys.modules.pop(f"{PACKAGE.__name__}.{path.stem}", None)
+    load_registry.cache_clear()
+
+
+IMPORT = "from ppg_env.scenarios.course import Course\n"
+
+
+def test_a_new_module_is_picked_up(extra: Path) -> None:
+    (extra / "brand_new.py").write_text(
+        f"{IMPORT}from math import sin\n"
         "def lonely(x: float = 5.0) -> Course:\n"
         "    '''One agent.'''\n"
         "    return Course([(0, 0)], [(x, 0)])\n"
         "def _private() -> Course: ...\n",
         encoding="utf-8",
     )
-    folders = [*PACKAGE.__path__, str(tmp_path)]
-    monkeypatch.setattr(PACKAGE, "__path__", folders)
-    registry.cache_clear()
-    try:
-        assert "lonely" in registry()
-        assert "_private" not in registry()
-        assert "sin" not in registry()
-        assert make_game("lonely(8.0)").agents[0].goal.tolist() == [8.0, 0.0]
-    finally:
-        registry.cache_clear()
+    assert "lonely" in registry()
+    assert "_private" not in registry()
+    assert "sin" not in registry()
+    assert make_game("lonely(8.0)").agents[0].goal.tolist() == [8.0, 0.0]
+
+
+BROKEN = {
+    "syntax": ("def f(:", "SyntaxError"),
+    "import": ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
+    "name": ("def f() -> Course: ...", "NameError: name 'Course' is not defined"),
+    "unknown annotation": (
+        f"from __future__ import annotations\n{IMPORT}def f(n: nit = 3) -> Course: ...",
+        "annotations of f cannot be evaluated, name 'nit' is not defined",
+    ),
+    "no annotation": (f"{IMPORT}def f(n=3) -> Course: ...", "argument n of f has no annotation"),
+    "no return": (f"{IMPORT}def f(n: int = 3): ...", "f is not annotated to return a Course"),
+    "several lines": ("raise OSError('one\\ntwo')", "OSError: one two"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_module_is_one_sentence_and_the_others_work(name: str, extra: Path) -> None:
+    text, problem = BROKEN[name]
+    path = extra / "broken_one.py"
+    path.write_text(text + "\n", encoding="utf-8")
+    assert make_game("head_on").name == "head_on"
+    with pytest.warns(BrokenScenarioWarning) as caught:
+        listing = scenarios()
+    assert "head_on" in listing
+    (warning,) = caught
+    sentence = str(warning.message)
+    assert sentence.startswith(f"the scenario file {path} is broken (")
+    assert problem in sentence
+    assert "\n" not in sentence
+    with pytest.raises(InputError, match="is not a scenario and the scenario file") as refused:
+        make_game("f")
+    assert str(path) in str(refused.value)
+
+
+def test_a_broken_module_leaves_the_commands_working(
+    extra: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (extra / "broken_one.py").write_text("import no_such_module\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as stopped:
+        main(["show", "head_on"])
+    assert not stopped.value.code
+    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", registry())

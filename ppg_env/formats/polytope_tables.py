@@ -1,0 +1,126 @@
+"""Tables of polytopes in game files: shapes and control sets, read and written.
+
+A body's box has full side lengths, a control box largest values; an L1 ball of controls has the
+dimension of the agent's inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ppg_env.errors import InputError, placed, require
+from ppg_env.game.input_sets import Controls, checked_controls
+from ppg_env.game.polytope import Polytope
+from ppg_env.support.validation import finite_array
+
+
+def read_shape(table: Any) -> Polytope:
+    """Return a body or obstacle: ``{ box = [full sides] }``, ``vertices``, ``l1``, ``disc``, ...
+
+    Raises
+    ------
+    InputError
+        If the table is not one of these.
+    """
+    kind = _kind(table, ("l1", "dim"))
+    if kind == "box":
+        return Polytope.box(table["box"])
+    if kind == "l1":
+        return Polytope.l1(table["l1"], table.get("dim", 2))
+    return _polytope(kind, table)
+
+
+def read_control(value: Any, dim: int) -> Controls:
+    """Return a control set, or a list of them, all but the first with their first step ``from``.
+
+    Raises
+    ------
+    InputError
+        If a set or step is wrong; its place is ``control`` or an item of the list.
+    """
+    if not isinstance(value, list):
+        with placed("control"):
+            return _control_set(value, dim)
+    require(bool(value), "control", "is an empty list", "write one set as { box = [10.0, 10.0] }")
+    sets = []
+    for k, table in enumerate(value):
+        with placed(f"control[{k}]"):
+            rest = dict(require_table(table, ""))
+            require(k == 0 or "from" in rest, "", "has no step", "add one, such as from = 5")
+            sets.append((rest.pop("from", 0), _control_set(rest, dim)))
+    return checked_controls(sets)
+
+
+def _control_set(table: Any, dim: int) -> Polytope:
+    """Return ``{ box = [largest values] }``, ``l1``, ``disc`` and ``sides``, or a general set."""
+    kind = _kind(table, ("l1",))
+    if kind == "box":
+        return Polytope.box(2 * finite_array(table["box"], "box", "write numbers, as in [10, 10]"))
+    if kind == "l1":
+        return Polytope.l1(table["l1"], dim)
+    if kind == "disc":
+        require(dim == 2, "disc", f"is for 2 inputs and this agent has {dim}", "write box or l1")
+    return _polytope(kind, table)
+
+
+def _kind(table: Any, l1_keys: tuple[str, ...]) -> str:
+    """Return the first key of the kind of polytope that ``table`` describes."""
+    kinds = (("box",), l1_keys, ("disc", "sides"), ("vertices",), ("normals", "offsets"))
+    require_table(table, "")
+    for keys in kinds:
+        if keys[0] in table and (keys[0] != "normals" or "offsets" in table):
+            _alone(table, keys)
+            return keys[0]
+    written = ", ".join(sorted(map(str, table))) or "nothing"
+    raise InputError(
+        "", f"has {written}", "write one of box, l1, disc, vertices, normals and offsets"
+    )
+
+
+def _polytope(kind: str, table: Mapping[str, Any]) -> Polytope:
+    if kind == "disc":
+        return Polytope.disc(table["disc"], table.get("sides", 16))
+    if kind == "vertices":
+        return Polytope.from_vertices(table["vertices"])
+    return Polytope.from_halfspaces(table["normals"], table["offsets"])
+
+
+def shape_table(shape: Polytope) -> dict[str, Any]:
+    """Return the table of a body or obstacle."""
+    if shape.kind == "box":
+        return {"box": shape.params[0].tolist()}
+    if shape.kind == "halfspaces":
+        return {"normals": shape.params[0].tolist(), "offsets": shape.params[1].tolist()}
+    if shape.kind == "l1":
+        return {"l1": float(shape.params[0]), "dim": shape.dim}
+    if shape.kind == "disc":
+        return {"disc": float(shape.params[0]), "sides": int(shape.params[1])}
+    return {"vertices": shape.params[0].tolist()}
+
+
+def control_tables(control: Controls) -> dict[str, Any] | list[dict[str, Any]]:
+    """Return the table of a control set, or the list of tables of sets that change."""
+    if isinstance(control, Polytope):
+        return _control_table(control)
+    return [({"from": first} if first else {}) | _control_table(held) for first, held in control]
+
+
+def _control_table(control: Polytope) -> dict[str, Any]:
+    if control.kind == "box":
+        return {"box": (control.params[0] / 2).tolist()}
+    if control.kind == "l1":
+        return {"l1": float(control.params[0])}
+    return shape_table(control)
+
+
+def require_table(value: Any, place: str) -> Mapping[str, Any]:
+    """Return ``value`` if it is a table, else refuse it."""
+    require(isinstance(value, Mapping), place, "is not a table", "write key = value pairs in { }")
+    return value
+
+
+def _alone(table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
+    extra = sorted(set(table) - set(keys))
+    if extra:
+        raise InputError(str(extra[0]), f"cannot be combined with {keys[0]}", "remove one of them")
