@@ -105,8 +105,10 @@ def test_an_import_for_the_type_checker_is_no_edge(tmp_path: Path) -> None:
 
 def test_module_names_in_strings_are_edges(tmp_path: Path) -> None:
     files = {"p/a.py": "METHODS = {'b': 'p.b'}", "p/b.py": "import_module(f'p.x.{name}')"}
-    graph = graph_of(tmp_path, {**files, "p/x/c.py": "", "p/x/d.py": ""})
-    assert graph == {"p.a": {"p.b"}, "p.b": {"p.x.c", "p.x.d"}, "p.x.c": set(), "p.x.d": set()}
+    graph = graph_of(
+        tmp_path, {**files, "p/x/c.py": "import_module(f'p.{x}.y.d')", "p/x/y/d.py": ""}
+    )
+    assert graph == {"p.a": {"p.b"}, "p.b": {"p.x.c"}, "p.x.c": {"p.x.y.d"}, "p.x.y.d": set()}
 
 
 def test_a_lazily_exported_name_is_an_edge_to_its_file(tmp_path: Path) -> None:

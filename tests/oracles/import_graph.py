@@ -2,15 +2,16 @@
 
 A *file* is named by its dotted module path; the ``__init__.py`` of a package has the name of the
 package.  An edge (a, b) says that file a imports file b, at its top or inside a function, or names
-it in a string, such as the target of ``import_module``; ``f"package.{name}"`` names every file of
-the package.  Imports under ``if TYPE_CHECKING`` are left out: they never run.  A name imported from
-a package whose ``__init__.pyi`` lists it counts as an import of the file that defines it, since
-lazy loading ends up there.
+it in a string, such as the target of ``import_module``; an f-string names every file that fits it.
+Imports under ``if TYPE_CHECKING`` are left out: they never run.  A name imported from a package
+whose ``__init__.pyi`` lists it counts as an import of the file that defines it, since lazy loading
+ends up there.
 """
 
 from __future__ import annotations
 
 import ast
+import fnmatch
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ Graph = dict[str, set[str]]
 """Edges by importer; every node is a key."""
 
 ANY = "*"
-"""In place of an imported name: all files of the package."""
+"""In place of a part of a module's name: whatever an f-string has there."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,10 @@ class Tree:
 
     def resolve(self, module: str, name: str | None) -> set[str]:
         """Return the files behind ``from module import name``; none if outside the tree."""
-        if name == ANY:
-            return {file for file in self.files if file.rpartition(".")[0] == module}
+        if ANY in module:
+            parts = len(module.split("."))
+            same = {file for file in self.files if len(file.split(".")) == parts}
+            return set(fnmatch.filter(same, module))
         if name is not None and name in self.doors.get(module, {}):
             return {self.doors[module][name]}
         candidates = (f"{module}.{name}", module)
@@ -93,9 +96,11 @@ def imports(syntax: ast.AST, package: str = "") -> Iterator[tuple[str, str | Non
             module = _absolute(node, package)
             yield from ((module, alias.name) for alias in node.names)
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
-            start = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else None
-            if isinstance(start, ast.Constant):  # f"package.{name}"
-                yield str(start.value).rstrip("."), ANY
+            if isinstance(node.args[0], ast.JoinedStr):
+                values = [getattr(part, "value", ANY) for part in node.args[0].values]
+                parts = [value if isinstance(value, str) else ANY for value in values]
+                if parts[0] != ANY:  # else nothing is known of the package
+                    yield "".join(parts), None
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "." in node.value:
             yield node.value, None  # `Tree.resolve` drops what is not the name of a file
 
