@@ -39,34 +39,34 @@ def show(
     from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target, write_atomically
 
-    made = make_game(game, **overrides)
+    instance = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".toml")
-        write_atomically(out, game_to_toml(made))
+        write_atomically(out, game_to_toml(instance))
         typer.echo(f"wrote {out}", err=True)
     if as_json:
-        print_json(game_to_tables(made))
+        print_json(game_to_tables(instance))
         return
-    _print(made, game)
+    _print(instance, game)
 
 
-def _print(made: Game, game: str) -> None:
+def _print(game: Game, call: str) -> None:
     print_table(
-        f"{made.name or game}: {len(made.agents)} agents, {len(made.obstacles)} obstacles",
+        f"{game.name or call}: {len(game.agents)} agents, {len(game.obstacles)} obstacles",
         COLUMNS,
-        [_cells(made, i) for i in range(len(made.agents))],
-        f"horizon {made.horizon}, objective {made.objective}, margin cap {made.margin_cap:g}, "
-        f"crash cost {made.crash_cost:g}",
+        [_cells(game, i) for i in range(len(game.agents))],
+        f"horizon {game.horizon}, objective {game.objective}, margin cap {game.margin_cap:g}, "
+        f"crash cost {game.crash_cost:g}",
     )
 
 
-def _cells(made: Game, i: int) -> tuple[str, ...]:
+def _cells(game: Game, i: int) -> tuple[str, ...]:
     from ppg_env.game.reachability import earliest_arrival
 
-    agent = made.agents[i]
-    earliest = earliest_arrival(agent, made.horizon)
+    agent = game.agents[i]
+    earliest = earliest_arrival(agent, game.horizon)
     return (
-        made.agent_names[i],
+        game.agent_names[i],
         _vector(agent.start),
         _vector(agent.goal),
         f"{agent.lam:g}",
