@@ -56,8 +56,8 @@ def actor_layers(model: Any) -> list[nn.Module]:
     return [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
 
 
-def mean_action(model: Any, seen: torch.Tensor) -> torch.Tensor:
+def mean_action(model: Any, inputs: torch.Tensor) -> torch.Tensor:
     """Return the mean action of inputs (C, W), before clipping or tanh."""
     for layer in actor_layers(model):
-        seen = layer(seen)
-    return seen
+        inputs = layer(inputs)
+    return inputs

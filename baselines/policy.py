@@ -79,9 +79,9 @@ class Policy(Record):
         """Number of action components."""
         return self.biases[-1].size
 
-    def __call__(self, seen: np.ndarray) -> np.ndarray:
+    def __call__(self, inputs: np.ndarray) -> np.ndarray:
         """Return actions (C, m) in [-1, 1] for inputs (C, W) float32."""
-        activate, x = ACTIVATIONS[self.activation], seen
+        activate, x = ACTIVATIONS[self.activation], inputs
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = activate(x @ weight.T + bias)
         x = x @ self.weights[-1].T + self.biases[-1]
@@ -102,12 +102,12 @@ class LearnedPlayer:
         self._agent, self.policy = agent, policy
         self._size = mover.control_dim
         width = max(other.state_dim for other in game.agents)
-        seen = observation_size(width, game.dim, len(game.agents)) + policy.conditioned
+        entries = observation_size(width, game.dim, len(game.agents)) + policy.conditioned
         require(
-            policy.inputs == seen and policy.outputs >= self._size,
+            policy.inputs == entries and policy.outputs >= self._size,
             "policy",
             f"has {policy.inputs} inputs and {policy.outputs} outputs where agent {agent} of this "
-            f"game has {seen} and {self._size}",
+            f"game has {entries} and {self._size}",
             "play it in a game of the size it was trained in",
         )
         low, high = bounds(mover.control)
@@ -116,12 +116,12 @@ class LearnedPlayer:
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m) of the mean policy; zero where the agent is out of traffic."""
         active = np.flatnonzero(view.in_traffic[:, self._agent])  # other actions are ignored
-        seen = view.observation[active]
+        inputs = view.observation[active]
         if self.policy.conditioned:
             lam = view.lam[active, self._agent, None].astype(np.float32)
-            seen = np.concatenate([seen, lam], axis=1)
+            inputs = np.concatenate([inputs, lam], axis=1)
         action = np.zeros((len(view.observation), self._size))
-        action[active] = self._middle + self._half * self.policy(seen)[:, : self._size]
+        action[active] = self._middle + self._half * self.policy(inputs)[:, : self._size]
         return action
 
 

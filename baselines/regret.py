@@ -139,8 +139,8 @@ def _planned(
 ) -> Player | None:
     """Plan the best response to the others' mean paths, at the environment's costs."""
     priced = override_game(game, objective="risk")
-    found = respond(make_rule(priced, "selfish"), agent, mean, solver, Budget(time_limit))
-    return None if found.profile is None else Tracker(game, agent, found.profile[agent])
+    solution = respond(make_rule(priced, "selfish"), agent, mean, solver, Budget(time_limit))
+    return None if solution.profile is None else Tracker(game, agent, solution.profile[agent])
 
 
 def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[Plan, ...]:

@@ -112,7 +112,7 @@ class GameVecEnv(VecEnv):
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
         self._home = np.zeros(self._shape, dtype=bool)
-        return self._seen(self.simulator.last.observation)
+        return self._observed(self.simulator.last.observation)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the learners' actions (slots, m) and ask the other players for theirs."""
@@ -143,8 +143,8 @@ class GameVecEnv(VecEnv):
             self._draw_weights(over)
             simulator.reset(over)
         done = np.repeat(over, len(own))
-        seen = self._seen(simulator.last.observation)
-        return seen, reward.ravel().astype(np.float32), done, infos
+        observed = self._observed(simulator.last.observation)
+        return observed, reward.ravel().astype(np.float32), done, infos
 
     def normalised(self, agent: int, action: np.ndarray) -> np.ndarray:
         """Return an agent's inputs (C, m_i) as actions (C, m), clipped to [-1, 1]."""
@@ -154,7 +154,7 @@ class GameVecEnv(VecEnv):
 
     def _finish(self, over: np.ndarray, infos: list[dict[str, Any]]) -> None:
         """Record the outcomes of ended episodes, and their last observations."""
-        last, cut = self._seen(self.simulator.last.observation), self.simulator.last.truncated
+        last, cut = self._observed(self.simulator.last.observation), self.simulator.last.truncated
         count = len(self.learners)
         for c in np.flatnonzero(over).tolist():
             for k, agent in enumerate(self.learners):
@@ -167,13 +167,13 @@ class GameVecEnv(VecEnv):
                 }
         self._cost[over], self._hit[over], self._home[over] = 0.0, False, False
 
-    def _seen(self, observation: np.ndarray) -> np.ndarray:
+    def _observed(self, observation: np.ndarray) -> np.ndarray:
         """Return the learners' observations (slots, W), a copy; lam is last if it varies."""
-        seen = observation[:, self.learners]
+        observed = observation[:, self.learners]
         if self.weights is not None:
             lam = self.simulator.lam[:, self.learners, None].astype(np.float32)
-            seen = np.concatenate([seen, lam], axis=2)
-        return seen.reshape(-1, seen.shape[2])
+            observed = np.concatenate([observed, lam], axis=2)
+        return observed.reshape(-1, observed.shape[2])
 
     def _potential(self, observation: np.ndarray) -> np.ndarray:
         """Return (C, N) minus the cost of the steps left on the straight way to the goal."""

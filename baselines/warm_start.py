@@ -30,8 +30,8 @@ UPDATES, BATCH, RATE = 1500, 1024, 2e-3
 def imitate_go_to_goal(model: Any, env: GameVecEnv, seed: int) -> None:
     """Fit the mean policy of ``model`` to the straight way in the game of ``env``."""
     random = np.random.default_rng(seed)
-    seen, wanted = _examples(env, random)
-    inputs, targets = torch.as_tensor(seen), torch.as_tensor(wanted)
+    observations, actions = _examples(env, random)
+    inputs, targets = torch.as_tensor(observations), torch.as_tensor(actions)
     optimiser = torch.optim.Adam(model.policy.parameters(), lr=RATE)
     for _ in range(UPDATES):
         some = torch.as_tensor(random.integers(len(inputs), size=BATCH))
@@ -45,18 +45,18 @@ def _examples(env: GameVecEnv, random: np.random.Generator) -> tuple[np.ndarray,
     """Return inputs (K, W) and straight actions (K, m) of learners with disturbances."""
     players = {i: GoToGoal(env.simulator.game, i) for i in env.learners}
     shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
-    seen, wanted = [], []
+    observations, actions = [], []
     observation: Any = env.reset()
     push = random.normal(size=shape) * PUSH
     for _ in range(STEPS):
         action = np.zeros(shape, dtype=np.float32)
         for k, i in enumerate(env.learners):
             action[:, k] = env.normalised(i, players[i].act(env.simulator.view(i)))
-        seen.append(observation)
-        wanted.append(action.reshape(-1, shape[2]))
+        observations.append(observation)
+        actions.append(action.reshape(-1, shape[2]))
         changes = random.random((shape[0], 1, 1)) < 0.2
         push = np.where(changes, random.normal(size=shape) * PUSH, push)
         keeps = random.random((*shape[:2], 1)) < 0.5
         moved = np.clip(action * keeps + push, -1.0, 1.0)
         observation = env.step(moved.reshape(-1, shape[2]))[0]
-    return np.concatenate(seen), np.concatenate(wanted)
+    return np.concatenate(observations), np.concatenate(actions)

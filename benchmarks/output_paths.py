@@ -1,4 +1,4 @@
-"""Where commands write what nobody gave a place: the folder ``out``, which is theirs to make."""
+"""Default paths of output files, in the folder ``out``, which commands create."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FOLDER = Path("out")
 
 
 def target(name: str, suffix: str, given: str | None) -> str:
-    """The path ``given``, or one in :data:`FOLDER`; checked before any work is done for it."""
+    """Return the path ``given``, or one in :data:`FOLDER`; checked before any work is done."""
     if given is None:
         stem = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-")
         given = str(FOLDER / f"{stem}{suffix}")
@@ -20,6 +20,6 @@ def target(name: str, suffix: str, given: str | None) -> str:
 
 
 def own_folder(path: str) -> None:
-    """Make :data:`FOLDER`, if ``path`` is in it."""
+    """Create :data:`FOLDER`, if ``path`` is in it."""
     if Path(path).parent == FOLDER:
         FOLDER.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""``ppg bench``: what the documentation promises of speed, measured here and now."""
+"""``ppg bench``: measurements of the speeds that the documentation states."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 TITLES = {
     "planning": "Times in seconds",
-    "engine": "The engine beside MILP solvers, on one core",
+    "engine": "The engine and MILP solvers, on one core",
     "many": "Many agents, on one core",
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
@@ -37,7 +37,7 @@ def bench(
     suite: Annotated[str, typer.Argument(metavar="|".join(SUITES), help="What to measure.")] = (
         "planning"
     ),
-    quick: Annotated[bool, typer.Option("--quick", help="Smallest sizes, to see it run.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Smallest sizes, as a test.")] = False,
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
@@ -54,10 +54,10 @@ def bench(
     if as_json:
         print_json({"measurements": [vars(row) | {"held": row.held} for row in rows]})
         return
-    shown = [
+    lines = [
         (row.what, f"{row.value:.3g}", _wanted(row), "yes" if row.held else "no") for row in rows
     ]
-    print_table(TITLES[suite], ("what", "measured", "wanted", "held"), shown)
+    print_table(TITLES[suite], ("what", "measured", "wanted", "held"), lines)
 
 
 def _wanted(row: Measurement) -> str:

@@ -62,12 +62,12 @@ def compare(
     check_arena(comparison.arena)
     names, arena = chosen_players(comparison.players, comparison.arena)
     refuse_unused(planner, names)
-    made, episodes = make_game(game, **overrides), comparison.episodes
+    instance, episodes = make_game(game, **overrides), comparison.episodes
     wanted = out is not None or not as_json
-    picture = target(f"compare-{game_name(made)}", ".png", out) if wanted else None
+    picture = target(f"compare-{game_name(instance)}", ".png", out) if wanted else None
     with working(f"comparing in {game}") as status:
         rows = run(
-            made,
+            instance,
             names,
             episodes,
             planner,
@@ -76,12 +76,12 @@ def compare(
             progress=lambda player: status.update(f"{player} in {game}"),
         )
     if as_json:
-        print_json(comparison_report(made, rows, arena, episodes, planner.seed))
+        print_json(comparison_report(instance, rows, arena, episodes, planner.seed))
     _require_a_plan(rows, as_json)
     if not as_json:
-        print_results(made, rows, arena, episodes)
+        print_results(instance, rows, arena, episodes)
     if picture is not None:
-        _draw(made, rows, picture)
+        _draw(instance, rows, picture)
 
 
 def _require_a_plan(rows: list[PlayerResult], as_json: bool) -> None:

@@ -57,10 +57,10 @@ def equilibria(
     from ppg_env.scenarios.make import make_game
     from solvers.equilibrium.enumeration import collect_equilibria
 
-    made = make_game(game, **overrides)
+    instance = make_game(game, **overrides)
     with bar(f"equilibria of {game}", runs) as advance:
         kinds = collect_equilibria(
-            made,
+            instance,
             runs=runs,
             seed=planner.seed,
             solver=planner.solver,
@@ -72,7 +72,7 @@ def equilibria(
     evaluations = [
         kind.solution.evaluation for kind in kinds if kind.solution.evaluation is not None
     ]
-    collection = EquilibriumSet(made, runs, kinds, evaluations)
+    collection = EquilibriumSet(instance, runs, kinds, evaluations)
     if as_json:
         print_json(_report(collection))
     else:

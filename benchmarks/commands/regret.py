@@ -47,12 +47,12 @@ def regret(
     name, _ = chosen_player(player)
     if steps:
         require_extra()
-    made = make_game(game, **overrides)
+    instance = make_game(game, **overrides)
     with working(f"regret of {name} in {game}") as status:
-        players = _players(name, made, run, planner)
+        players = _players(name, instance, run, planner)
         status.update(f"looking for deviations from {name} in {game}")
         bounds = regret_bounds(
-            made,
+            instance,
             players,
             steps=steps,
             episodes=episodes,
@@ -61,9 +61,9 @@ def regret(
             time_limit=planner.time_limit,
         )
     if as_json:
-        print_json(_report(made, name, run, bounds))
+        print_json(_report(instance, name, run, bounds))
     else:
-        _print(made, name, episodes, bounds)
+        _print(instance, name, episodes, bounds)
 
 
 def _players(name: str, game: Game, run: int, planner: PlannerOptions) -> list[Player]:

@@ -140,14 +140,14 @@ def _query(
         return RiskQuery(game, profile, None, planner, request.arena or "schedule")
     name, arena = chosen_player("nash" if request.player is None else request.player, request.arena)
     refuse_unused(planner, [name])
-    made = make_game(subject, **overrides)
-    player = entrant(name, made, planner)
+    instance = make_game(subject, **overrides)
+    player = entrant(name, instance, planner)
     if player.solution is None:
-        return RiskQuery(made, None, player, planner, arena)
+        return RiskQuery(instance, None, player, planner, arena)
     if player.solution.profile is None:
         no_solution(player.solution.advice)
     replans = name == RECEDING  # so its first plan is not what it plays
-    return RiskQuery(made, None if replans else player.solution.profile, player, planner, arena)
+    return RiskQuery(instance, None if replans else player.solution.profile, player, planner, arena)
 
 
 def _refuse_options_of_games(

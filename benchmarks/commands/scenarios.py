@@ -1,4 +1,4 @@
-"""``ppg scenarios``: what there is to play."""
+"""``ppg scenarios``: the list of scenarios."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ def scenarios(as_json: JsonOption = False, seed: SeedOption = 0) -> None:
     """List the scenarios and families of games."""
     from ppg_env.scenarios.make import scenarios as listing
 
-    known = listing()
+    summaries = listing()
     if as_json:
-        print_json({"scenarios": [{"call": call, "summary": text} for call, text in known.items()]})
+        print_json(
+            {"scenarios": [{"call": call, "summary": text} for call, text in summaries.items()]}
+        )
         return
     print_table(
         "Scenarios",
         ("GAME", "what it is"),
-        list(known.items()),
+        list(summaries.items()),
         "Families take arguments, as in 'circle(10, radius=90)'.",
         texts=2,
     )

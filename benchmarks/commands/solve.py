@@ -46,21 +46,23 @@ def solve(
     from ppg_env.support.atomic_write import check_target
 
     _check(solution, planner)
-    made = make_game(game, **overrides)
+    instance = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".json")
     with working(f"{solution} of {game}") as status:
+
+        def show(text: str) -> None:
+            status.update(f"{solution} of {game}: {text}")
+
         if solution == "best-response":
-            result = _best_response(made, agent, against, planner)
+            result = _best_response(instance, agent, against, planner)
         elif solution == "nash":
-            result = _nash(made, planner, lambda text: status.update(f"nash of {game}: {text}"))
+            result = _nash(instance, planner, show)
         else:
-            result = _joint(
-                made, solution, planner, lambda text: status.update(f"{solution} of {game}: {text}")
-            )
+            result = _joint(instance, solution, planner, show)
     report = solution_report(result)
     if out is not None and result.profile is not None:
-        write_plan(out, made, result.profile, report)
+        write_plan(out, instance, result.profile, report)
         typer.echo(f"wrote {out}", err=True)
     _print(result, report, as_json)
 

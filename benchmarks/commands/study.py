@@ -77,22 +77,22 @@ def study(
     from benchmarks.output_paths import own_folder, target
     from benchmarks.studies.registry import find_study
 
-    found = find_study(name)
-    choice = _choice(found.choice, chosen, seed)
+    experiment = find_study(name)
+    choice = _choice(experiment.choice, chosen, seed)
     results = Path(target(name, ".json", paths.results))
     store = Path(target("studies", ".db", paths.store))
     picture = None if as_json and paths.out is None else target(name, ".png", paths.out)
     own_folder(str(results))
     own_folder(str(store))
-    with bar(f"study {name}", len(found.cells(choice))) as advance:
-        rows = found.rows(choice, results, store, jobs=jobs, progress=advance)
-    sentences = list(found.words(rows))
+    with bar(f"study {name}", len(experiment.cells(choice))) as advance:
+        rows = experiment.rows(choice, results, store, jobs=jobs, progress=advance)
+    sentences = list(experiment.words(rows))
     if as_json:
         print_json({"study": name, "rows": rows, "words": sentences})
     else:
-        _print(found, rows, sentences)
+        _print(experiment, rows, sentences)
     if picture is not None:
-        _draw(found, rows, picture)
+        _draw(experiment, rows, picture)
 
 
 def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
@@ -111,19 +111,19 @@ def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
     )
 
 
-def _print(found: Study, rows: Sequence[Any], sentences: Sequence[str]) -> None:
-    for table in found.tables(rows):
+def _print(experiment: Study, rows: Sequence[Any], sentences: Sequence[str]) -> None:
+    for table in experiment.tables(rows):
         print_table(table.title, table.columns, table.lines, table.note, table.texts)
     for sentence in sentences:
         typer.echo(fill(sentence, PIPE_WIDTH, initial_indent="- ", subsequent_indent="  "))
 
 
-def _draw(found: Study, rows: Sequence[Any], picture: str) -> None:
+def _draw(experiment: Study, rows: Sequence[Any], picture: str) -> None:
     from benchmarks.figures import write_figure
     from benchmarks.output_paths import own_folder
 
     own_folder(picture)
-    for part, figure in found.draw(rows).items():
+    for part, figure in experiment.draw(rows).items():
         file = f"{picture.removesuffix('.png')}-{part}.png" if part else picture
         write_figure(figure, file)
         typer.echo(f"picture: {file}", err=True)

@@ -243,7 +243,7 @@ def _grid(
             require(alone, game, "describes a whole sweep", "write further options into the file")
             return read_grid(game)
     listed = {name: [value] for name, value in overrides.items()}
-    for name, found in map(field_values, values):
+    for name, choices in map(field_values, values):
         require(name not in listed, "--set", f"gives {name} again", "list all values once")
-        listed[name] = found
+        listed[name] = choices
     return Grid(tuple(games), listed, **words)

@@ -77,11 +77,11 @@ def train(
     from ppg_env.scenarios.make import make_game
 
     lam = _check(training)
-    made = make_game(game, **overrides)
+    instance = make_game(game, **overrides)
     player = f"{METHODS[training.method].prefix}-{training.sharing}"
     path = target(f"{game}-{player}", ".npz", training.out)
     folder = Path(f"{path}.checkpoints")
-    learned = _train(made, game, training, seed, None if "lam" in overrides else lam, folder)
+    learned = _train(instance, game, training, seed, None if "lam" in overrides else lam, folder)
     learned.about["command"] = _command(game, overrides, training, seed)
     write_learned(path, learned)
     for file in folder.glob("seed-*.pt"):
@@ -114,7 +114,7 @@ def _check(training: Training) -> tuple[float, float]:
 
 
 def _train(
-    made: Game,
+    instance: Game,
     game: str,
     training: Training,
     seed: int,
@@ -128,7 +128,7 @@ def _train(
     total = (training.steps or METHODS[training.method].steps) * training.seeds
     with bar(f"training in {game}", total) as advance:
         return train_players(
-            made,
+            instance,
             training.method,
             sharing=training.sharing,
             lam=lam,

@@ -1,1 +1,1 @@
-"""Players in one game, side by side."""
+"""Comparison of players in one game."""

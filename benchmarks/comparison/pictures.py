@@ -1,4 +1,4 @@
-"""Pictures of ``compare`` and ``render``: what each player does, and what it costs.
+"""Pictures of ``compare`` and ``render``: paths, arrivals and crash probabilities.
 
 Needs the extra ``render`` (matplotlib).
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEGEND_AGENTS = 6
-"""With more agents a legend of names would crowd out the bars."""
+"""With more agents the legend would leave no room for the bars."""
 
 LEGEND = (
     "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
@@ -30,10 +30,10 @@ LEGEND = (
 PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
 
 PANELS = 4
-"""Most panels in a line."""
+"""Panels per line, at most."""
 
 LEAST = 1e-30
-"""Smallest crash probability that is drawn: below it the axis would show nothing else."""
+"""Smallest crash probability on the axis."""
 
 
 def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
@@ -79,7 +79,7 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
 
 
 def _paths(axes: Axes, game: Game, row: PlayerResult) -> None:
-    """What was played in the environment, or what is planned on schedule."""
+    """Draw the episodes in the environment, or the plans on schedule."""
     assert row.played is not None
     if row.played.paths is not None:
         draw_paths(axes, game, row.played.paths)
@@ -95,7 +95,7 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
     for i, name in enumerate(game.agent_names):
         places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
         times = np.array([row.played.arrival[i] for row in rows if row.played])
-        heights = np.where(np.isfinite(times), times, 0.0)  # nobody arrived: no bar
+        heights = np.where(np.isfinite(times), times, 0.0)  # no arrival: no bar
         axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("arrival (steps)")
@@ -104,16 +104,17 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
 
 
 def _crashes(axes: Axes, rows: Sequence[PlayerResult]) -> None:
-    """Log scale, intervals over runs where there are several; an arrow from the upper limit down
-    where no crash was seen.
+    """Draw crash probabilities on a log scale, with intervals over runs if there are several.
+
+    An arrow points down from the upper limit if no crash was seen.
     """
     played = [row.played for row in rows if row.played is not None]
-    estimates = [one.crash_any for one in played]
-    for k, (one, estimate) in enumerate(zip(played, estimates, strict=True)):
+    estimates = [result.crash_any for result in played]
+    for k, (result, estimate) in enumerate(zip(played, estimates, strict=True)):
         if estimate.value:
-            runs = one.over_runs if one.method == "mc" else None
+            runs = result.over_runs if result.method == "mc" else None
             limits = runs["crash_probability"] if runs else estimate
-            low = max(limits.low, estimate.value / 100)  # zero is nowhere on a log scale
+            low = max(limits.low, estimate.value / 100)  # a log scale has no zero
             error = np.array([[estimate.value - low], [limits.high - estimate.value]])
             axes.errorbar(k, estimate.value, yerr=error, fmt="o", color="black", capsize=5)
             label, height = f"{estimate.value:.1e}", estimate.value
@@ -127,12 +128,12 @@ def _crashes(axes: Axes, rows: Sequence[PlayerResult]) -> None:
     axes.set_ylim(max(lowest / 3, LEAST), 2.0)
     axes.set_xlim(-0.5, len(rows) - 0.3)
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
-    axes.set_ylabel("Pr(anybody crashes)")
+    axes.set_ylabel("Pr(any agent crashes)")
     axes.grid(axis="y", alpha=0.3)
 
 
 def _short(player: str) -> str:
-    """A player's name; of a file, its name without the folder."""
+    """Return a player's name; that of a file without its folder."""
     return player.rsplit("/", 1)[-1].removesuffix(".npz")
 
 

@@ -1,4 +1,4 @@
-"""Results as plain dictionaries with the public names, for ``--json`` and plan files."""
+"""Solutions and evaluations as plain dictionaries, for ``--json`` and plan files."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from solvers.solution import Solution
 
 
 def game_name(game: Game) -> str:
-    """The scenario's name, or a word for a game without one."""
+    """Return the scenario's name, or a substitute for a game without one."""
     return game.name or "unnamed game"
 
 
 def solution_report(solution: Solution) -> dict[str, Any]:
-    """What ``ppg solve --json`` prints."""
-    found = solution.evaluation
+    """Return what ``ppg solve --json`` prints."""
+    evaluation = solution.evaluation
     head = {
         "scenario": game_name(solution.game),
         "solution": solution.name,
@@ -34,11 +34,11 @@ def solution_report(solution: Solution) -> dict[str, Any]:
         "regret": solution.regret,
         "seconds": solution.seconds,
     }
-    if found is None or solution.profile is None:
+    if evaluation is None or solution.profile is None:
         return head | tail
     return {
         **head,
-        **evaluation_report(found),
+        **evaluation_report(evaluation),
         **tail,
         "updates": len(solution.trace),
         "means": np.array(
@@ -48,18 +48,18 @@ def solution_report(solution: Solution) -> dict[str, Any]:
     }
 
 
-def evaluation_report(found: Evaluation) -> dict[str, Any]:
-    """Costs and safety of a profile, by the evaluator."""
-    exact = found.game.scale == "exact"
+def evaluation_report(evaluation: Evaluation) -> dict[str, Any]:
+    """Return costs and safety of a profile, by the evaluator."""
+    exact = evaluation.game.scale == "exact"
     return {
-        "arrival": list(found.arrival),
-        "cost": found.cost,
-        "shifted_cost": found.shifted_cost,
-        "social_cost": found.social_cost,
-        "potential": found.potential,
-        "safety_cost": found.safety_cost,
-        "deficit": found.deficit,
-        "risk_bound": found.risk_bound if exact else None,
-        "risk_bound_any": found.risk_bound_any if exact else None,
-        "complaints": list(found.violations()),
+        "arrival": list(evaluation.arrival),
+        "cost": evaluation.cost,
+        "shifted_cost": evaluation.shifted_cost,
+        "social_cost": evaluation.social_cost,
+        "potential": evaluation.potential,
+        "safety_cost": evaluation.safety_cost,
+        "deficit": evaluation.deficit,
+        "risk_bound": evaluation.risk_bound if exact else None,
+        "risk_bound_any": evaluation.risk_bound_any if exact else None,
+        "complaints": list(evaluation.violations()),
     }

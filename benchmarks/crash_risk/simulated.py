@@ -11,17 +11,23 @@ from typing import TYPE_CHECKING, Any
 
 from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
 from benchmarks.comparison.players import RECEDING
-from benchmarks.crash_risk.query import Chance, RiskQuery, RiskReport, parties
+from benchmarks.crash_risk.details import (
+    chance,
+    counts_report,
+    estimate_report,
+    rare_report,
+    when,
+    whom,
+)
+from benchmarks.crash_risk.query import RiskQuery, RiskReport
 from benchmarks.terminal import interval
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
-from ppg_env.game.game import Encounter, Game
-from ppg_env.game.margins import membership
 from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
 if TYPE_CHECKING:
-    from ppg_env.risk.monte_carlo import CrashCounts, PairedCounts
+    from ppg_env.risk.monte_carlo import PairedCounts
     from ppg_env.support.statistics import Estimate, RareEstimate, RareRisk
 
 PLAIN = 1_000_000
@@ -52,8 +58,8 @@ def mc(query: RiskQuery) -> RiskReport:
         each,
         of_any,
         samples,
-        {"arena": "schedule", **_counts_report(game, counts)},
-        {"mostly with": _whom(game, counts), "mostly at": _when(game, counts)},
+        {"arena": "schedule", **counts_report(game, counts)},
+        {"mostly with": whom(game, counts), "mostly at": when(game, counts)},
     )
 
 
@@ -70,11 +76,11 @@ def rare(query: RiskQuery) -> RiskReport:
         "std. error": [f"{event.standard_error:.1e}" for event in events],
         "worth samples": [f"{event.effective_samples:,.0f}" for event in events],
     }
-    details = {"arena": query.arena, **_rare_report(query.game, risk)}
+    details = {"arena": query.arena, **rare_report(query.game, risk)}
     if risk.between is not None:
         added = [*risk.between.agents, risk.between.any]
-        columns["between instants"] = [str(_chance(event)) for event in added]
-        details["between"] = _rare_report(query.game, risk.between)
+        columns["between instants"] = [str(chance(event)) for event in added]
+        details["between"] = rare_report(query.game, risk.between)
     doubts = sorted({event.advice for event in events if not event.trusted})
     if doubts:
         promise = f"not to be trusted: {'; '.join(doubts)}.\n{promise}"
@@ -138,14 +144,14 @@ def _swept(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     added = counts.each(pair.only_second)
     details = {
         "arena": "schedule",
-        **_counts_report(game, counts),
-        "instants": _counts_report(game, pair.first),
-        "between": [_report(one) for one in added],
+        **counts_report(game, counts),
+        "instants": counts_report(game, pair.first),
+        "between": [estimate_report(event) for event in added],
     }
     columns = {
-        "mostly with": _whom(game, counts),
-        "mostly at": _when(game, counts),
-        "between instants": [str(_chance(one)) for one in added],
+        "mostly with": whom(game, counts),
+        "mostly at": when(game, counts),
+        "between instants": [str(chance(event)) for event in added],
     }
     promise = f"{counts.samples:,} episodes on schedule, on straight lines between the instants"
     return _risk_report(promise, each, of_any, counts.samples, details, columns)
@@ -159,17 +165,20 @@ def _difference(query: RiskQuery, pair: PairedCounts) -> RiskReport:
     differences = [*more, more_any]
     details = {
         "arena": "schedule",
-        "against": {"agents": [_report(one) for one in others], "any": _report(other)},
+        "against": {
+            "agents": [estimate_report(event) for event in others],
+            "any": estimate_report(other),
+        },
         "difference": {
-            "agents": [vars(one) for one in more],
+            "agents": [vars(event) for event in more],
             "any": vars(more_any),
             "only_this": pair.only_first,
             "only_against": pair.only_second,
         },
     }
     columns = {
-        "against": [str(_chance(one)) for one in (*others, other)],
-        "difference": [interval(one, "+.1e", "+.1e") for one in differences],
+        "against": [str(chance(event)) for event in (*others, other)],
+        "difference": [interval(event, "+.1e", "+.1e") for event in differences],
     }
     samples = pair.first.samples
     promise = f"the same {samples:,} episodes on schedule for both; difference: against less this"
@@ -188,70 +197,10 @@ def _risk_report(
     columns = columns or {}
     return RiskReport(
         f"{promise[0].upper()}{promise[1:]}; 95 % intervals; see ppg explain risk.",
-        tuple(map(_chance, agents)),
-        _chance(of_any),
+        tuple(map(chance, agents)),
+        chance(of_any),
         samples,
         details,
         tuple(columns),
         tuple(zip(*columns.values(), strict=True)) or None,
     )
-
-
-def _chance(estimate: Estimate | RareEstimate) -> Chance:
-    return Chance(estimate.value, estimate.low, estimate.high)
-
-
-def _report(estimate: Estimate) -> dict[str, float]:
-    return vars(_chance(estimate)) | {"hits": estimate.hits}
-
-
-def _whom(game: Game, counts: CrashCounts) -> list[str]:
-    """Return with whom each agent crashes most often, and the most frequent pair."""
-    listed = list(zip(counts.encounters, game.encounters, strict=True))
-
-    def mostly(own: list[tuple[int, Encounter]], name: str | None) -> str:
-        hits, encounter = max(own, key=lambda pair: pair[0], default=(0, None))
-        if not hits or encounter is None:
-            return ""
-        return " and ".join(other for other in parties(game, encounter) if other != name)
-
-    each = [
-        mostly([(hits, e) for hits, e in listed if i in e.agents], name)
-        for i, name in enumerate(game.agent_names)
-    ]
-    return [*each, mostly(listed, None)]
-
-
-def _when(game: Game, counts: CrashCounts) -> list[str]:
-    """Return the most frequent time of each agent's first crash, and of any first crash."""
-    each = [counts.first_times[own].sum(axis=0) for own in membership(game)]
-    rows = [*each, counts.first_any]
-    return [f"t = {row.argmax()}" if row.any() else "" for row in rows]
-
-
-def _counts_report(game: Game, counts: CrashCounts) -> dict[str, Any]:
-    """Return every encounter with its crashes per time: all, and first ones."""
-    encounters = [
-        {**_place(encounter), **_report(one), "times": times, "first_times": first}
-        for encounter, one, times, first in zip(
-            game.encounters,
-            counts.each(counts.encounters),
-            counts.times,
-            counts.first_times,
-            strict=True,
-        )
-    ]
-    return {"encounters": encounters, "first_any": counts.first_any, "hits_any": counts.any}
-
-
-def _rare_report(game: Game, found: RareRisk) -> dict[str, Any]:
-    encounters = [
-        {**_place(encounter), **vars(one)}
-        for encounter, one in zip(game.encounters, found.encounters, strict=True)
-    ]
-    each = [vars(one) for one in found.agents]
-    return {"agents": each, "any": vars(found.any), "encounters": encounters}
-
-
-def _place(encounter: Encounter) -> dict[str, Any]:
-    return {"agents": encounter.agents, "obstacle": encounter.obstacle}

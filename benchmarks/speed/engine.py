@@ -1,4 +1,4 @@
-"""The engine beside MILP solvers on the paper's formulation, in one run: times and ratios."""
+"""Times of the engine, and ratios to MILP solvers on the paper's formulation, in one run."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from solvers.solution import Status
 
 PAIRS = ("opposing", "head_on", "parallel", "intersection")
 RIVALS = {"HIGHS": 50.0, "GUROBI": 4.0}
-"""How much faster than each the engine should be on three agents."""
+"""Target ratio of times to the engine, for three agents."""
 
 CROWD = "circle(4, radius=40)"
 
 PATIENCE = 300.0
-"""Seconds after which a rival is stopped; its ratio is then a lower bound."""
+"""Time limit of a rival in seconds; its ratio is then a lower bound."""
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Best responses of two agents, then social optima of three and of four."""
+    """Measure best responses of two agents, then social optima of three and of four."""
     with on_one_core():
         yield from _best_responses(quick)
         for lam in (0.5, 0.8):
@@ -77,10 +77,10 @@ def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Meas
 
 
 def _social(game: Game, solver: str) -> tuple[SearchResult, float]:
-    everybody, social = range(len(game.agents)), objective.social(game)
+    agents, weights = range(len(game.agents)), objective.social(game)
     begun = perf_counter()
-    found = minimise(social, everybody, None, solver, Budget(PATIENCE))
-    return found, perf_counter() - begun
+    result = minimise(weights, agents, None, solver, Budget(PATIENCE))
+    return result, perf_counter() - begun
 
 
 def _installed(solver: str) -> bool:

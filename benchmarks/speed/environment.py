@@ -1,8 +1,8 @@
-"""Speed of the environment beside other people's, in agent-steps per second on one core.
+"""Speed of the environment and of other packages, in agent-steps per second on one core.
 
-Rivals are measured in the same run where they are installed, and left out where they are not:
-JaxMARL and VMAS (batched), MPE2 (single), each in its well-known task.  Everybody runs with
-precomputed random actions and with whatever it does at an episode's end.
+Rivals are measured in the same run if they are installed, and left out if not: JaxMARL and VMAS
+(batched), MPE2 (single), each in its standard task.  All run with precomputed random actions and
+with their own resets at the end of an episode.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
 
 @contextmanager
 def on_one_core() -> Iterator[None]:
-    """Hold the process to one core, where the system can: libraries have threads of their own."""
+    """Restrict the process, with the threads of its libraries, to one core if the system can."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -69,12 +69,12 @@ def _rate(what: str, value: float, target: float = 0.0) -> Measurement:
 
 
 def batched_rates(steps: int, seed: int) -> tuple[float, float]:
-    """Agent-steps per second of the simulator, and of drawing the normals that it needs."""
+    """Return agent-steps per second of the simulator, and of drawing its normals."""
     simulator = Simulator(make_game("head_on"), copies=COPIES, seed=seed)
     simulator.reset()
     shape = (8, COPIES, *simulator.low.shape)
     actions = np.random.default_rng(seed).uniform(-10, 10, shape)
-    # The normals come first and last: a machine that speeds up or slows down is averaged out.
+    # Normals are drawn first and last, to average out changes of the machine's speed.
     before = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
     spent = _seconds(lambda k: simulator.step(actions[k % 8]), steps)
     after = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
@@ -83,7 +83,7 @@ def batched_rates(steps: int, seed: int) -> tuple[float, float]:
 
 
 def single_rate(steps: int, seed: int) -> float:
-    """Agent-steps per second of ``PathPlanningEnv.step`` with three agents, resets included."""
+    """Return agent-steps per second of ``PathPlanningEnv.step``, three agents, with resets."""
     env = PathPlanningEnv("intersection3")
     env.reset(seed=seed)
     random, done = np.random.default_rng(seed), 0
@@ -101,7 +101,7 @@ def single_rate(steps: int, seed: int) -> float:
 
 
 def memory_growth(steps: int, seed: int) -> float:
-    """MiB by which the peak memory of the process rises over ``steps`` steps, after warming up."""
+    """Return the MiB by which peak memory rises over ``steps`` steps, after a warm-up."""
     env = PathPlanningEnv("head_on")
     env.reset(seed=seed)
     still = {a: np.zeros(2, np.float32) for a in env.possible_agents}
@@ -119,7 +119,7 @@ def memory_growth(steps: int, seed: int) -> float:
 
 
 def tracking_seconds(hundreds: int, seed: int) -> float:
-    """Seconds for so many hundred episodes of two agents that track their straight plans."""
+    """Return the seconds for so many hundred episodes of two agents on straight plans."""
     game = make_game("opposing")
     players = straight_players(game)
     evaluate(game, players, 10, seed)
@@ -129,7 +129,7 @@ def tracking_seconds(hundreds: int, seed: int) -> float:
 
 
 def jaxmarl(steps: int) -> float:
-    """JaxMARL's simple_spread, compiled, vectorised over copies and scanned over steps."""
+    """Measure JaxMARL's simple_spread, compiled, vectorised over copies, scanned over steps."""
     import jax
     from jaxmarl import make
 
@@ -153,7 +153,7 @@ def jaxmarl(steps: int) -> float:
 
 
 def vmas(steps: int) -> float:
-    """VMAS's navigation, batched, on one thread."""
+    """Measure VMAS's navigation, batched, on one thread."""
     import torch
     from vmas import make_env
 
@@ -166,7 +166,7 @@ def vmas(steps: int) -> float:
 
 
 def mpe2(steps: int) -> float:
-    """MPE2's simple_spread with three agents, resets included."""
+    """Measure MPE2's simple_spread with three agents, with resets."""
     from mpe2 import simple_spread_v3
 
     env = simple_spread_v3.parallel_env()

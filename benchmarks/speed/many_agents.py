@@ -1,4 +1,4 @@
-"""Many agents: certified equilibria, social optima with gaps, and decisions on the way."""
+"""Many agents: certified equilibria, social optima with gaps, and replanning decisions."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from solvers.solution import Status
 EQUILIBRIA = (("circle(10)", 5), ("circle(20)", 60), ("random(50, 0)", 600), ("streams(50)", 600))
 OPTIMA = (("circle(10)", 5), ("circle(20)", 10))
 LIMIT = 300.0
-"""Seconds for one social optimum."""
+"""Time limit of one social optimum in seconds."""
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Nash equilibria, then decisions of a receding horizon, then social optima."""
+    """Measure Nash equilibria, then decisions of a receding horizon, then social optima."""
     with on_one_core():
         for name, wanted in (("circle(6)", 5),) if quick else EQUILIBRIA:
             solution = best_response_dynamics(make_game(name))
@@ -52,7 +52,7 @@ def _proved() -> Iterator[Measurement]:
 
 
 class _Timed(RecedingHorizon):
-    """Notes how long each view took that asked for new plans."""
+    """Records the seconds of each call that made new plans."""
 
     spent: list[float]
 
@@ -64,8 +64,8 @@ class _Timed(RecedingHorizon):
         return action
 
     def _due(self, view: View) -> int:
-        mine = view.clock[view.in_traffic[:, self._agent]]
-        return int(((mine > 0) & (mine % self._every == 0)).sum())
+        own = view.clock[view.in_traffic[:, self._agent]]
+        return int(((own > 0) & (own % self._every == 0)).sum())
 
 
 def _decisions(episodes: int, seed: int) -> Measurement:

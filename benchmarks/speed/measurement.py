@@ -1,4 +1,4 @@
-"""A measured number beside what it should be."""
+"""A measured value and its target."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Measurement:
-    """``value`` of ``what``, which should be ``at_least`` the target, or else at most.
+    """The ``value`` of ``what``, with a ``target`` to reach, or not to exceed.
 
-    A target of zero only reports.
+    ``at_least`` tells which; a target of zero is none.
     """
 
     what: str
@@ -19,5 +19,5 @@ class Measurement:
 
     @property
     def held(self) -> bool:
-        """Whether it is as it should be."""
+        """Whether the target is met."""
         return self.value >= self.target if self.at_least else self.value <= self.target

@@ -1,7 +1,7 @@
-"""Times of the main operations in seconds, each beside the limit it should keep.
+"""Times of the main operations in seconds, with their targets.
 
-Set-up (making the game, the first import) is outside the timed region unless it is what is
-timed.  Absolute times depend on the machine; compare ratios between runs of one session.
+Set-up (creating the game, the first import) is outside the timed region unless it is the subject.
+Absolute times depend on the machine; compare ratios between runs of one session.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ GAINS = (0.0, 0.5)
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Run every measurement in turn; ``quick`` takes one scenario and few episodes."""
+    """Run every measurement; ``quick`` takes one scenario and few episodes."""
     for speed in ("box",) if quick else ("box", "l1"):
         for objective in ("margin", "risk"):
             for name in PAPER[:1] if quick else PAPER:
@@ -71,7 +71,7 @@ def _seconds(work: Callable[[], object]) -> float:
 
 
 def _python(code: str) -> float:
-    """Best of three runs of ``code`` in a fresh interpreter."""
+    """Return the least seconds of three runs of ``code`` in a fresh interpreter."""
     command = [sys.executable, "-c", code]
     return min(
         _seconds(lambda: subprocess.run(command, check=True, capture_output=True)) for _ in range(3)

@@ -1,4 +1,4 @@
-"""Speed of the methods that find crash probabilities, on one core, each beside its limit."""
+"""Speed of the methods for crash probabilities, on one core, with their targets."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from ppg_env.support.statistics import RareRisk
 REPEATS = 7
 
 RARE = {"1e-6": 0.338, "1e-9": 0.229}
-"""Noise at which two agents side by side crash that often."""
+"""Noise variance at which two agents side by side crash with that probability."""
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """``exact`` for whole plans; ``mc`` beside the drawing of its normals; ``rare``."""
+    """Measure ``exact`` for whole plans, ``mc`` relative to drawing its normals, and ``rare``."""
     repeats = 1 if quick else REPEATS
     with on_one_core():
         yield from _exact(repeats)
@@ -40,7 +40,7 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
 
 
 def _exact(repeats: int) -> Iterator[Measurement]:
-    """Two agents side by side for 15 steps: of boxes, of polygons, of octahedra."""
+    """Measure two agents side by side for 15 steps: boxes, polygons, octahedra."""
     square, cube = Polytope.box([15.0] * 2), Polytope.box([15.0] * 3)
     shapes = {"boxes": square, "hexagons": Polytope.disc(7.5, 6)}
     shapes |= {"boxes in space": cube, "octahedra in space": Polytope.l1(7.5, 3)}
@@ -51,7 +51,7 @@ def _exact(repeats: int) -> Iterator[Measurement]:
 
 
 def _counting(episodes: int, repeats: int, seed: int) -> Iterator[Measurement]:
-    """Two agents in traffic for 15 steps in the plane: 60 normals to an episode."""
+    """Measure two agents in traffic for 15 steps in the plane: 60 normals per episode."""
     game = side_by_side(Polytope.box([15.0] * 2))
     profile, random = straight(game), np.random.default_rng(seed)
     normals = np.empty(60 * BLOCK)
@@ -65,7 +65,7 @@ def _counting(episodes: int, repeats: int, seed: int) -> Iterator[Measurement]:
 
 
 def _rare(episodes: int, repeats: int, seed: int) -> Iterator[Measurement]:
-    """Two agents side by side, and the share of the standard error that is left."""
+    """Measure two agents side by side: standard error and seconds."""
     for size, noise in RARE.items():
         game = side_by_side(Polytope.box([15.0] * 2), noise)
         profile = straight(game)
@@ -76,24 +76,24 @@ def _rare(episodes: int, repeats: int, seed: int) -> Iterator[Measurement]:
 
 
 def _splitting(episodes: int, seed: int) -> Iterator[Measurement]:
-    """The same, tracked in the environment."""
+    """Measure the same plans, tracked in the environment."""
     for size, noise in RARE.items():
         game = side_by_side(Polytope.box([15.0] * 2), noise)
         players = [track(game, straight(game))]
         begun = perf_counter()
-        found = evaluate_rare_runs(game, players, episodes, seed)
-        seconds, what = perf_counter() - begun, f"splitting at {size}, {found.samples:,} episodes"
-        yield Measurement(f"{what}: std. error, %", _error(found), 0, True)
+        risk = evaluate_rare_runs(game, players, episodes, seed)
+        seconds, what = perf_counter() - begun, f"splitting at {size}, {risk.samples:,} episodes"
+        yield Measurement(f"{what}: std. error, %", _error(risk), 0, True)
         yield Measurement(f"{what}: s", seconds, 0, True)
 
 
-def _error(found: RareRisk) -> float:
-    """Relative standard error in percent."""
-    return 100 * found.any.standard_error / max(found.any.value, 1e-300)
+def _error(risk: RareRisk) -> float:
+    """Return the relative standard error in percent."""
+    return 100 * risk.any.standard_error / max(risk.any.value, 1e-300)
 
 
 def side_by_side(shape: Polytope, noise: float = 1.9) -> Game:
-    """Two agents, 20 apart, in traffic for all 15 steps."""
+    """Return a game of two agents, 20 apart, in traffic for all 15 steps."""
     start = np.zeros((2, shape.dim))
     start[1, 1] = 20.0
     ahead = 150.0 * np.eye(shape.dim)[0]
@@ -108,13 +108,13 @@ def side_by_side(shape: Polytope, noise: float = 1.9) -> Game:
 
 
 def straight(game: Game) -> Profile:
-    """Everybody's straight plan."""
+    """Return the straight plan of each agent."""
     plans = [straight_plan(agent, game.horizon) for agent in game.agents]
     return tuple(plan for plan in plans if plan is not None)
 
 
 def best(work: Callable[[], object], repeats: int) -> float:
-    """Least seconds of ``work`` over ``repeats`` runs, after one that fills the caches."""
+    """Return the least seconds of ``work`` over ``repeats`` runs, after one that fills caches."""
     work()
     spent = []
     for _ in range(repeats):

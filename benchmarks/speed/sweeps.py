@@ -1,8 +1,8 @@
-"""Sweeps: what the store costs per cell, and what a second worker gains.
+"""Sweeps: cost of the store per cell, and speed-up by a second worker.
 
-The store's cost is measured on one row put again and again under new addresses, the journal and
-its checkpoints included.  Workers are compared on the same cells, planned and simulated; each
-figure is the best of several repeats, since other programs only ever slow a machine down.
+The store's cost is measured on one row put repeatedly under new addresses, with the journal and its
+checkpoints.  Workers are compared on the same cells, planned and simulated; each figure is the best
+of several repeats, since other programs can only slow a machine down.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BLOCKS = 5
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Run every measurement; ``quick`` takes few rows and cells, too few for workers to pay."""
+    """Run every measurement; ``quick`` takes few rows and cells, too few for a speed-up."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         yield from _store(folder, 20 if quick else 500, seed)
@@ -43,8 +43,8 @@ def _store(folder: Path, count: int, seed: int) -> Iterator[Measurement]:
             blocks.append(_ms(lambda: _put(store, rows), count))  # noqa: B023 - called at once
         yield Measurement("ms to commit a row", min(blocks), 1)
         yield Measurement("ms to read a row", _ms(store.rows, BLOCKS * count), 1)
-    made = _ms(lambda: [make_row(cell, report) for _ in range(count)], count)
-    yield Measurement("ms to make a row of a report", made, 0, at_least=True)
+    making = _ms(lambda: [make_row(cell, report) for _ in range(count)], count)
+    yield Measurement("ms to make a row of a report", making, 0, at_least=True)
 
 
 def _put(store: Store, rows: list[Row]) -> None:
@@ -59,15 +59,15 @@ def _addresses(count: int) -> Measurement:
 
 
 def _workers(folder: Path, cells: list[Cell], repeats: int) -> Iterator[Measurement]:
-    """Ratio of the times of one worker and two, whose start-up a first sweep has paid for."""
+    """Measure one worker and two, after a first sweep that pays for their start-up."""
     times: dict[int, list[float]] = {1: [], 2: []}
     for repeat in range(repeats + 1):
         for jobs, spent in times.items():
             path = folder / f"{repeat}-{jobs}.db"
             spent.append(_seconds(lambda: sweep(cells, path, jobs=jobs)))  # noqa: B023 - as above
-    one, two = (min(spent[1:]) for spent in times.values())
-    yield Measurement(f"{len(cells)} cells, one worker: s", one, 0, at_least=True)
-    yield Measurement("two workers, times as fast as one", one / two, 1.7, at_least=True)
+    single, double = (min(spent[1:]) for spent in times.values())
+    yield Measurement(f"{len(cells)} cells, one worker: s", single, 0, at_least=True)
+    yield Measurement("two workers, times as fast as one", single / double, 1.7, at_least=True)
 
 
 def _cells(lams: int, episodes: int, seed: int) -> list[Cell]:

@@ -14,7 +14,7 @@ ROLLOUTS = 40
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Train a little in ``head_on`` with l1 speed, with the settings of ``ppg train``."""
+    """Train shortly in ``head_on`` with l1 speed, with the settings of ``ppg train``."""
     from baselines.ppo import make_learner
     from baselines.train import require_extra
     from baselines.training_loop import Args, Turn, take_turns
@@ -35,7 +35,7 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
 
 
 def _timed(thing: Any, *methods: str) -> list[float]:
-    """Replace methods by ones that append the seconds they take to the list that is returned."""
+    """Replace methods by ones that append their seconds to the returned list."""
     spent: list[float] = []
 
     def wrapped(method: Any) -> Any:
