@@ -1,1 +1,1 @@
-"""Studies, one file each: what is run, what is found, and how it is told."""
+"""Studies: each has a folder with its data, its figure, and the study that uses both."""

@@ -1,4 +1,4 @@
-"""What stored results of a study say, in Markdown: for the pages of the documentation."""
+"""Stored results of a study as Markdown, for the documentation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ppg_env.errors import require
 
 
 def study_markdown(name: str, path: Path, part: str) -> str:
-    """The ``question``, the ``words`` or the ``tables`` of a study, from the results in ``path``.
+    """Return the ``question``, ``words`` or ``tables`` of a study, from the results in ``path``.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def study_markdown(name: str, path: Path, part: str) -> str:
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]], texts: int = 0) -> str:
-    """A table; columns beyond the first ``texts`` are numbers, if there are ``texts``."""
+    """Return a table; with ``texts``, the columns after the first ``texts`` are right-aligned."""
     numbers = len(head) - texts if texts else 0
     rule = ["---"] * (len(head) - numbers) + ["---:"] * numbers
     escaped = [

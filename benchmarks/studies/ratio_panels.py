@@ -16,7 +16,7 @@ RANGE = (3e-4, 3e4)
 
 
 def frame(cost: Axes, risk: Axes, objective: str) -> None:
-    """Names, scales and the line at one, of a panel of cost ratios and one of risk ratios."""
+    """Set labels and scales of a panel of cost ratios and one of risk ratios; draw lines at one."""
     for axes, what in ((cost, "cost ratio"), (risk, "risk ratio")):
         axes.axhline(1.0, color="0.5", linewidth=0.8, zorder=0)
         axes.set_ylabel(f"{what} ({objective})", fontsize=8)
@@ -27,8 +27,8 @@ def frame(cost: Axes, risk: Axes, objective: str) -> None:
 
 
 def draw_risk(axes: Axes, place: float, price: Price, style: dict[str, Any]) -> None:
-    """The ratio with its limits; pale where the two risks are not told apart."""
-    pale = {"alpha": 1.0 if price.riskier or price.safer else 0.25}
+    """Draw the risk ratio with its limits; pale unless the risks differ significantly."""
+    pale = {"alpha": 1.0 if price.significant else 0.25}
     bar = style | pale | {"marker": "", "linestyle": "-"}
     axes.plot([place, place], np.clip([price.least, price.most], *RANGE), **bar)
     axes.plot(place, price.risk, **style | pale)

@@ -1,4 +1,4 @@
-"""Stored results of a study: one JSON file of rows, small enough to stand beside its page."""
+"""Stored results of a study: a JSON file of rows, small enough for the documentation."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ppg_env.support.atomic_write import write_atomically
 FORMAT = "path-planning-games/results"
 
 DIGITS = 8
-"""Significant ones that a digest keeps; the store has them all."""
+"""Significant digits that a digest keeps; the store has all of them."""
 
 FREE = 1e-3
-"""Costs below this, in steps, count as this in ratios: with lam = 0 time is free."""
+"""Costs below this, in steps, count as this in ratios: with lam = 0, time costs nothing."""
 
 NEGLIGIBLE = 1e-4
-"""Crash probabilities below it count as it where plans are compared.  With the default cost of a
-crash it is worth a hundredth of a step; and plans whose margins are all at the paper's cap, between
-which the paper's objective is indifferent, crash about as often.
+"""Crash probabilities below this count as this in comparisons.  With the default cost of a crash it
+equals a hundredth of a step.  Plans whose margins are all at the paper's cap, between which the
+paper's objective is indifferent, have about this crash probability.
 """
 
 Cell = TypeVar("Cell", bound=Hashable)
@@ -35,54 +35,54 @@ StudyRow = dict[str, Any]
 
 
 def probability(value: float, episodes: int) -> str:
-    """Two digits; the 97.5 % limit where no crash was seen."""
+    """Return ``value`` with two digits, or the 97.5 % limit if no crash was counted."""
     shown = f"{value:.1e}" if value else f"<{1 - 0.025 ** (1 / episodes):.0e}"
     return shown.replace("e-0", "e-")
 
 
 def chance(row: StudyRow) -> str:
-    """The crash probability of a sweep's row; its upper limit where no crash was seen."""
+    """Return the crash probability of a sweep's row, or its upper limit if it is zero."""
     value, high = row["crash_probability"], row["crash_probability_high"]
     return (f"{value:.1e}" if value else f"<{high:.0e}").replace("e-0", "e-")
 
 
 def largest_regret(row: sweeps.Row) -> float | None:
     """Return the largest certified regret of an agent in a sweep's row; None without one."""
-    return max(one or 0.0 for one in row.regret) if row.regret else None
+    return max(bound or 0.0 for bound in row.regret) if row.regret else None
 
 
 def limits(row: StudyRow) -> tuple[float, float]:
-    """The 95 % limits of a row's crash probability, those below :data:`NEGLIGIBLE` raised to it."""
+    """Return the 95 % limits of a row's crash probability, at least :data:`NEGLIGIBLE`."""
     low, high = row["crash_probability_low"], row["crash_probability_high"]
     return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """Items by their key, in the order in which keys are first seen."""
-    found: dict[Key, list[Item]] = {}
+    """Return items by key, in the order of the first occurrence of the keys."""
+    groups: dict[Key, list[Item]] = {}
     for item in items:
-        found.setdefault(key(item), []).append(item)
-    return found
+        groups.setdefault(key(item), []).append(item)
+    return groups
 
 
 def by_speed(rows: Iterable[StudyRow]) -> dict[str, list[StudyRow]]:
-    """Rows of each speed set."""
+    """Return the rows of each speed set."""
     return grouped(rows, lambda row: str(row["speed"]))
 
 
 def read_rows(path: Path, study: str) -> list[StudyRow]:
-    """The rows in ``path``; none if there is no such file yet."""
+    """Return the rows in ``path``; none if there is no such file."""
     if not path.exists():
         return []
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        known = content["format"] == FORMAT and content["study"] == study
+        valid = content["format"] == FORMAT and content["study"] == study
         rows = content["rows"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             str(path), f"cannot be read ({type(error).__name__})", "name another file"
         ) from None
-    if not known or not isinstance(rows, list):
+    if not valid or not isinstance(rows, list):
         raise InputError(
             str(path), f"does not hold results of the study {study!r}", "name another file"
         )
@@ -90,7 +90,7 @@ def read_rows(path: Path, study: str) -> list[StudyRow]:
 
 
 def write_rows(path: Path, study: str, rows: Sequence[StudyRow]) -> None:
-    """Store ``rows``, one a line."""
+    """Store ``rows``, one per line."""
     body = ",\n".join(to_json(row) for row in rows)
     write_atomically(path, f'{{"format": "{FORMAT}", "study": "{study}", "rows": [\n{body}\n]}}\n')
 
@@ -105,9 +105,9 @@ def completed(
     jobs: int = 1,
     progress: Callable[[int], None] = lambda _count: None,
 ) -> list[StudyRow]:
-    """Rows of all ``cells``, in order: stored ones, and those that had to be run.
+    """Return the rows of all ``cells``, in order; cells without a stored row are run.
 
-    The file is written anew after every row.
+    The file is rewritten after every row.
     """
     stored = read_rows(path, study)
     rows: dict[Cell, StudyRow] = {}
@@ -121,7 +121,7 @@ def completed(
         if isinstance(result, Died):
             raise InputError(study, result.reason, "the rows stored so far are kept")
         rows[cell] = result
-        write_rows(path, study, [*others, *(rows[one] for one in cells if one in rows)])
+        write_rows(path, study, [*others, *(rows[done] for done in cells if done in rows)])
         progress(1)
     return [rows[cell] for cell in cells]
 
@@ -136,10 +136,10 @@ def digested(
     jobs: int = 1,
     progress: Callable[[int], None] = lambda _count: None,
 ) -> list[StudyRow]:
-    """Digests of the rows of all ``cells`` of a sweep, in order.
+    """Return digests of the rows of all ``cells`` of a sweep, in order.
 
-    Those in ``path`` are taken from there, the others from ``store`` or from a run.  Cells without
-    a result are run again; their digest is their ``reason``.
+    Digests are read from ``path``, or computed from rows in ``store`` or from a run.  Cells
+    without a result are run again; their digest is their ``reason``.
     """
     stored = {row["address"]: row for row in read_rows(path, study)}
     wanted = {cell.address: cell for cell in cells}
@@ -150,19 +150,19 @@ def digested(
     ]
     progress(len(cells) - len(lacking))
     if lacking:
-        found = sweeps.sweep(lacking, store, jobs=jobs, retry=True, progress=progress)
-        stored |= {row.address: {"address": row.address, **_kept(row, digest)} for row in found}
+        swept = sweeps.sweep(lacking, store, jobs=jobs, retry=True, progress=progress)
+        stored |= {row.address: {"address": row.address, **_kept(row, digest)} for row in swept}
         others = [address for address in stored if address not in wanted]
         write_rows(path, study, [stored[address] for address in (*others, *wanted)])
     return [stored[cell.address] for cell in cells]
 
 
 def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], StudyRow]) -> StudyRow:
-    """What is known of the digest, in few digits; the same before and after it was stored."""
+    """Return the digest without missing values, in :data:`DIGITS` digits, as after storing it."""
     if row.failed:
         return {"scenario": row.scenario, "player": row.player, "reason": row.reason}
-    known = {name: value for name, value in digest(row).items() if value is not None}
-    return json.loads(json.dumps(known), parse_float=_shortened)
+    values = {name: value for name, value in digest(row).items() if value is not None}
+    return json.loads(json.dumps(values), parse_float=_shortened)
 
 
 def _shortened(text: str) -> float:

@@ -1,8 +1,8 @@
-"""What a study is: a question, cells that bear on it, and what their rows tell.
+"""The interface of a study: a question, its cells, and the presentation of their rows.
 
-Rows are plain: what JSON can hold, a dictionary for each cell.  Most studies are made of the cells
-of :mod:`benchmarks.sweeps`, which a store keeps whole, plans and all; a row is then a digest of
-what the store has.  A study whose cells are of another kind says how to run one.
+A row is a dictionary of JSON values, one for each cell.  Most studies use the cells of
+:mod:`benchmarks.sweeps`, whose store keeps complete rows with plans; a row of the study is then a
+digest of the stored row.  A study with cells of another kind defines how to run them.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 """The scenarios of the paper."""
 
 OUT_OF_REACH = {("intersection3", 8.0)}
-"""Scenarios and caps M' whose optimum takes longer to prove (l1 speed, without feedback) than all
-the rest of a study; studies leave them out.
+"""Pairs of a scenario and a cap M' that studies leave out: proving their optimum (l1 speed,
+without feedback) takes longer than the rest of a study.
 """
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a study ranges over; the command line can narrow it."""
+    """The extent of a study; the command line can narrow it."""
 
     scenarios: tuple[str, ...]
     speeds: tuple[str, ...]
@@ -43,7 +43,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Table:
-    """What a study tells in a table; the first ``texts`` columns are words."""
+    """A table of results; the first ``texts`` columns are text, the others numbers."""
 
     title: str
     columns: tuple[str, ...]
@@ -54,19 +54,19 @@ class Table:
 
 @dataclass(frozen=True)
 class Study:
-    """An experiment that is told with tables, figures and words.
+    """An experiment, presented by tables, figures and sentences.
 
     Attributes
     ----------
-    name : as on the command line, and in the names of files.
-    question : what it asks, in a sentence.
-    choice : everything it ranges over.
-    cells : its cells, those of a sweep or its own; own ones are frozen dataclasses.
-    tables, words, draw : what rows say, in tables, in sentences that the data write, and in
-        figures by what is added to the name of their file (nothing, if there is one).
-    digest : for a sweep's cells, what to keep of a row besides its ``address``.
-    run : otherwise, the row of a cell, from (cell, episodes, seed): the fields of the cell,
-        ``episodes``, ``seed``, and what was found.
+    name : name on the command line and in the names of files.
+    question : the question, one sentence.
+    choice : the whole extent.
+    cells : returns the cells: those of a sweep, or frozen dataclasses of the study.
+    tables, words, draw : return tables, sentences and figures from rows; figures are keyed by a
+        suffix of their file name (empty for a single figure).
+    digest : for cells of a sweep, returns the part of a row to keep next to its ``address``.
+    run : for other cells, returns the row of a cell, from (cell, episodes, seed): the fields of
+        the cell, ``episodes``, ``seed`` and the results.
     """
 
     name: str
@@ -88,9 +88,9 @@ class Study:
         jobs: int = 1,
         progress: Callable[[int], None] = lambda _count: None,
     ) -> list[StudyRow]:
-        """Rows of the cells of ``choice``, in order; those that ``results`` has are not run again.
+        """Return the rows of the cells of ``choice``, in order; those in ``results`` are not run.
 
-        Rows of a sweep's cells are taken from ``store`` if it has them, and kept there in full.
+        Rows of a sweep's cells are read from ``store`` if it has them, and else stored there.
         """
         todo = self.cells(choice)
         if self.digest is not None:

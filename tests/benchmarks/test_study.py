@@ -43,7 +43,7 @@ def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = ppg("study", "learned", *FEW)
     assert "parallel" in done.out
-    assert "ppo-selfish against tracked nash" in done.out
+    assert "ppo-selfish compared with tracked nash" in " ".join(done.out.split())
     picture_size(tmp_path / "out" / "learned-l1.png")
     stored = json.loads((tmp_path / "out" / "learned.json").read_text())["rows"]
     assert [one["lam"] for one in stored] == [0.5, 0.8]
@@ -85,12 +85,13 @@ def test_words_count_what_the_rows_say():
     rows = [row("a", 1.0, 5.0), row("a", 1.2, 5.0), row("b", 1.01, 0.5), row("b", 1.0, 1.0, 0.2)]
     said = list(learned_study.words(rows))
     assert "at most 5% in 3 of 4 cells (ratio 1.000 to 1.200)" in said[0]
-    assert "likelier in 2 cells, less likely in 1, and not told apart in 1" in said[0]
-    assert "about as cheap and less safe: 1 cells" in said[0]
+    assert "more likely in 2 cells, less likely in 1, no significant difference in 1" in said[0]
+    assert "About the same cost and less safe, as the paper claims: 1 cells" in said[0]
     assert "a l1 2/2, b l1 0/2" in said[1]
-    assert "further apart than 5% in 1 cell (a l1 0.5)" in said[2]
-    assert "the safer one in 1 cell (b l1 0.5)" in said[2]
-    assert "cheaper in 3 of 4 cells, not told apart in 0, dearer in 1 cell (b l1 0.5)" in said[-1]
+    assert "differ by more than 5% in 1 cell (a l1 0.5)" in said[2]
+    assert "safer in 1 cell (b l1 0.5)" in said[2]
+    assert "cheaper in 3 of 4 cells, no significant difference in 0" in said[-1]
+    assert "costlier in 1 cell (b l1 0.5)" in said[-1]
 
 
 def test_stored_rows_are_not_run_again_and_others_are_kept(tmp_path):

@@ -1,11 +1,10 @@
-"""The equilibrium atlas: which equilibria a game has, and how much of the starts each draws in.
+"""The equilibrium atlas: the equilibria of a game, and the share of runs that end in each.
 
-Selfish best-response dynamics run from both first profiles (straight model; one after the other),
-in every order of up to three agents and six orders of more, and in orders that are drawn anew for
-every round.  Equilibria are of
-one *kind* if the same agents pass each other on the same sides
-(:mod:`solvers.equilibrium.enumeration`); those
-of one kind may still differ in their costs.  The share of the runs that end in a kind is its basin.
+Selfish best-response dynamics start from both first profiles (straight model; sequential), in every
+order of up to three agents, in six orders of more, and in orders drawn again for every round.
+Equilibria are of one *kind* if the same agents pass each other on the same sides
+(:mod:`solvers.equilibrium.enumeration`); equilibria of one kind may differ in cost.  The share of
+the runs that end in a kind is its basin.
 """
 
 from __future__ import annotations
@@ -24,18 +23,18 @@ from benchmarks.studies.study import Choice
 from solvers.equilibrium.start_profile import STARTS
 
 RANDOM = 12
-"""Runs with orders drawn anew for every round, from each first profile."""
+"""Number of runs with orders drawn again for every round, from each first profile."""
 
 FIXED = 6
-"""Fixed orders, at most."""
+"""Largest number of fixed orders."""
 
 SAME = 1e-3
-"""Costs that differ by no more than this share are those of one equilibrium."""
+"""Equilibria whose costs differ by at most this share count as one."""
 
 
 def cells(choice: Choice) -> list[sweeps.Cell]:
-    """Both first profiles with all orders, fixed and drawn."""
-    found = []
+    """Return the cells: both first profiles with all orders, fixed and drawn."""
+    chosen = []
     for scenario, speed, lam in product(choice.scenarios, choice.speeds, choice.lams):
         game = {"speed": speed, "objective": "risk", "gain": 0.0, "lam": lam}
         size = len(sweeps.Cell(scenario, "nash", game).game.agents)
@@ -43,7 +42,7 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
             *((order, choice.seed) for order in _orders(size)),
             *(("random", choice.seed + k) for k in range(RANDOM)),
         ]
-        found += [
+        chosen += [
             sweeps.Cell(
                 scenario,
                 "nash",
@@ -55,21 +54,21 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
             )
             for start, (order, seed) in product(STARTS, orders)
         ]
-    return found
+    return chosen
 
 
 def _orders(size: int) -> list[tuple[int, ...]]:
-    """All orders of a few agents, or some of more, drawn with a seed of their own."""
+    """Return all orders of a few agents, or some of more, drawn with a seed of their own."""
     if factorial(size) <= FIXED:
         return list(permutations(range(size)))
-    random, found = np.random.default_rng(size), dict[tuple[int, ...], None]()
-    while len(found) < FIXED:
-        found[tuple(random.permutation(size).tolist())] = None
-    return list(found)
+    random, orders = np.random.default_rng(size), dict[tuple[int, ...], None]()
+    while len(orders) < FIXED:
+        orders[tuple(random.permutation(size).tolist())] = None
+    return list(orders)
 
 
 def digest(row: sweeps.Row) -> StudyRow:
-    """The game, how the run began, and the equilibrium with its name."""
+    """Return the game, the start and order of the run, and the equilibrium with its kind."""
     from ppg_env.formats.game_file import game_from_tables
     from ppg_env.game.plan import make_profile
     from solvers.equilibrium.enumeration import passing
@@ -90,13 +89,13 @@ class EquilibriumKind:
     rows: Sequence[StudyRow]
 
     def share(self, runs: Sequence[StudyRow], start: str | None = None) -> float:
-        """Share of ``runs``, or of those with one start, that ended here."""
+        """Return the share of ``runs``, or of those with one start, that ended in this kind."""
         of = [row for row in runs if start in (None, row["start"])]
         return sum(start in (None, row["start"]) for row in self.rows) / len(of) if of else 0.0
 
     @property
     def distinct(self) -> list[StudyRow]:
-        """One row for each equilibrium: costs that differ, cheapest first."""
+        """One row for each equilibrium, that is, for each distinct cost; cheapest first."""
         kept = [self.rows[0]]
         for row in self.rows:
             if row["social_cost"] > kept[-1]["social_cost"] * (1 + SAME):
@@ -106,7 +105,7 @@ class EquilibriumKind:
 
 @dataclass(frozen=True)
 class GameEquilibria:
-    """One game: all its runs, and the kinds of equilibrium that they ended in."""
+    """The runs of one game, and the kinds of equilibrium that they ended in."""
 
     name: str
     runs: Sequence[StudyRow]
@@ -119,7 +118,7 @@ class GameEquilibria:
 
     @property
     def kinds(self) -> list[EquilibriumKind]:
-        """By cost of their cheapest."""
+        """The kinds of equilibrium, by the cost of the cheapest of each."""
         return [
             EquilibriumKind(name, rows)
             for name, rows in grouped(self.ended, lambda r: r["kind"]).items()
@@ -127,15 +126,15 @@ class GameEquilibria:
 
     @property
     def equilibria(self) -> list[StudyRow]:
-        """One row for each of all kinds, cheapest first."""
-        found = [row for kind in self.kinds for row in kind.distinct]
-        return sorted(found, key=lambda row: row["social_cost"])
+        """One row for each equilibrium of all kinds, cheapest first."""
+        distinct = [row for kind in self.kinds for row in kind.distinct]
+        return sorted(distinct, key=lambda row: row["social_cost"])
 
 
 def games(rows: Sequence[StudyRow]) -> list[GameEquilibria]:
-    """The games of the atlas, in the order of the rows."""
-    known = [row for row in rows if "reason" not in row]
-    return [GameEquilibria(name, mine) for name, mine in grouped(known, _name).items()]
+    """Return the games of the atlas, in the order of the rows."""
+    solved = [row for row in rows if "reason" not in row]
+    return [GameEquilibria(name, own) for name, own in grouped(solved, _name).items()]
 
 
 def _name(row: StudyRow) -> str:

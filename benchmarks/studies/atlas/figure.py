@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.atlas`: cost and risk of all equilibria of a game."""
+"""The figure of the study ``atlas``: cost and risk of all equilibria of a game."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDE = 3
-"""Most panels in a line."""
+"""Largest number of panels in a row."""
 
 NAMED = 5
-"""Kinds of a game that have a colour and a name of their own, the commonest ones."""
+"""Number of kinds of a game with a colour and a name of their own, the most frequent ones."""
 
 MARKERS = "osD^v"
 AREA = 400.0
-"""Of a mark that stands for all runs, in square points."""
+"""Area of a mark for all runs, in square points."""
 
 
 def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
-    """Every equilibrium as a mark whose area is its share of the runs."""
+    """Draw every equilibrium as a mark whose area is its share of the runs."""
     lines = -(-len(games) // WIDE)
     figure = new_figure(3.6 * min(len(games), WIDE), 0.8 + 3.3 * lines)
     grid: Any = figure.subplots(lines, min(len(games), WIDE), squeeze=False)
@@ -51,10 +51,10 @@ def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
         axes.set_yscale("log")
         axes.margins(x=0.15)
         low, high = axes.get_ylim()
-        axes.set_ylim(low / 4, high * 4)  # a decade at least, and room for the names
+        axes.set_ylim(low / 4, high * 4)  # at least a decade, with room for the names
         axes.set_title(game.name, fontsize=9)
         axes.set_xlabel("social cost (sum of shifted costs)", fontsize=8)
-        axes.set_ylabel("Pr(anybody crashes)", fontsize=8)
+        axes.set_ylabel("Pr(any agent crashes)", fontsize=8)
         axes.tick_params(labelsize=7, which="both")
         axes.grid(alpha=0.3)
         if max(map(len, (kind.name for kind in common[:NAMED])), default=0) < 40:
@@ -62,7 +62,7 @@ def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
     for axes in grid.flat[len(games) :]:
         axes.set_axis_off()
     figure.suptitle(
-        "Equilibria by who passes whom on which side; area: share of runs that end there; "
+        "Equilibria by the sides on which agents pass; area: share of runs that end there; "
         "bars: 95 % limits",
         fontsize=9,
     )
@@ -70,10 +70,10 @@ def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
 
 
 def _shares(game: GameEquilibria, kind: EquilibriumKind) -> list[tuple[dict[str, Any], float]]:
-    """Each equilibrium of a kind, with the share of all runs that ended in it."""
-    distinct, found = kind.distinct, []
+    """Return each equilibrium of a kind, with the share of all runs that ended in it."""
+    distinct, shares = kind.distinct, []
     for k, row in enumerate(distinct):
         top = distinct[k + 1]["social_cost"] if k + 1 < len(distinct) else float("inf")
         here = [r for r in kind.rows if row["social_cost"] <= r["social_cost"] < top]
-        found.append((row, len(here) / len(game.runs)))
-    return found
+        shares.append((row, len(here) / len(game.runs)))
+    return shares

@@ -32,13 +32,13 @@ HEADS = (
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """The kinds of every game."""
+    """Yield a table of the kinds of equilibrium of every game."""
     for game in games(rows):
         yield Table(
             f"{game.name}: {len(game.runs)} runs",
             HEADS,
             [_line(game, kind) for kind in game.kinds],
-            "Equilibria: those of a kind whose costs differ; ranges are over them.",
+            "Equilibria: number of distinct costs of a kind; ranges are over these.",
         )
 
 
@@ -61,35 +61,36 @@ def _range(ends: Iterator[str]) -> str:
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
-    found = games(rows)
-    for game in found:
-        known, kinds = game.equilibria, game.kinds
-        if not known:
+    """Yield sentences on the rows."""
+    compared = games(rows)
+    for game in compared:
+        equilibria, kinds = game.equilibria, game.kinds
+        if not equilibria:
             yield f"{game.name}: no run ended at an equilibrium."
             continue
-        often = max(kinds, key=lambda kind: kind.share(game.runs))
-        dearest, cheapest = known[-1]["social_cost"], known[0]["social_cost"]
+        largest = max(kinds, key=lambda kind: kind.share(game.runs))
+        costliest, cheapest = equilibria[-1]["social_cost"], equilibria[0]["social_cost"]
         best = sum(row["social_cost"] <= cheapest * (1 + SAME) for row in game.ended)
         yield (
-            f"{game.name}: {len(known)} distinct in cost or kind, of {len(kinds)} kinds; the "
-            f"dearest is {dearest / cheapest - 1:.2%} above the cheapest; {_risks(known)}. The "
-            f"commonest kind is {often.name}, from {often.share(game.runs):.0%} of the runs; "
-            f"{best / len(game.runs):.0%} end at the least cost."
+            f"{game.name}: {len(equilibria)} equilibria of {len(kinds)} kinds, distinct in cost or "
+            f"kind; the costliest is {costliest / cheapest - 1:.2%} above the cheapest; "
+            f"{_risks(equilibria)}. The most frequent kind is {largest.name}, from "
+            f"{largest.share(game.runs):.0%} of the runs; {best / len(game.runs):.0%} end at the "
+            f"least cost."
         )
-    lost = sum(row["status"] != "equilibrium" for game in found for row in game.runs)
+    lost = sum(row["status"] != "equilibrium" for game in compared for row in game.runs)
     yield f"Runs that did not end at a certified equilibrium: {lost} of {len(rows)}."
     yield from missing(rows)
 
 
-def _risks(known: Sequence[StudyRow]) -> str:
-    safest = min(known, key=lambda row: row["crash_probability_high"])
-    riskiest = max(known, key=lambda row: row["crash_probability_low"])
+def _risks(equilibria: Sequence[StudyRow]) -> str:
+    safest = min(equilibria, key=lambda row: row["crash_probability_high"])
+    riskiest = max(equilibria, key=lambda row: row["crash_probability_low"])
     least = limits(riskiest)[0] / limits(safest)[1]
-    if len(known) == 1:
+    if len(equilibria) == 1:
         return f"its crash probability is {chance(riskiest)}"
     if least <= 1:
-        return f"their crash probabilities are not told apart ({chance(riskiest)})"
+        return f"their crash probabilities do not differ significantly ({chance(riskiest)})"
     return (
         f"crash probabilities from {chance(safest)} to {chance(riskiest)}, "
         f"at least {least:.2g} times as likely"

@@ -1,15 +1,15 @@
 r"""Do learned selfish agents pay the same price in safety as equilibrium planners?
 
-Every cell is a scenario, a speed set and a lam.  In it four players meet the same noise in the
+Every cell is a scenario, a speed set and a lam.  Four players play it with the same noise in the
 environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and
 ``social``, planned for the risk objective, and the pretrained ``ppo-selfish`` and ``ppo-social``.
 
     price in cost   expected cost of the selfish player over that of the social one
-    price in risk   probability that anybody crashes, likewise
+    price in risk   the same ratio of the probability that any agent crashes
 
-Episodes come in as many groups as there are training runs; run r plays group r.  Intervals are
-Student's over the groups: for learners they cover training and noise, for planners noise alone.
-Logarithms of crash counts are taken with half a crash added.
+There are as many groups of episodes as training runs; run r plays group r.  Intervals are Student's
+over the groups: for learners they cover training and noise, for planners noise only.  Half a crash
+is added before the logarithm of a crash count is taken.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")
 """Selfish and social player of each kind."""
 
 RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
-"""Whom a learner is compared with, pair by pair."""
+"""The planner that each learner is compared with, with the same noise."""
 
 TIME_LIMIT = 120.0
-"""Seconds for each plan; a row says by its status if that was not enough for a proof."""
+"""Seconds for each plan; the status in the row shows whether it is proved."""
 
 SAME = 0.05
-"""Costs within this share of each other count as about the same, as the paper has it."""
+"""Costs that differ by at most this share count as about the same, as in the paper."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +53,12 @@ class LearnedCell:
     lam: float
 
     def game(self) -> Game:
-        """The game; its objective is what the planners plan for."""
+        """Return the game, with the objective of the planners."""
         return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
 
 
 def cells(choice: Choice) -> list[LearnedCell]:
-    """All cells, speed sets first."""
+    """Return all cells, by speed set first."""
     return [
         LearnedCell(scenario, speed, lam)
         for speed, scenario, lam in product(choice.speeds, choice.scenarios, choice.lams)
@@ -66,16 +66,17 @@ def cells(choice: Choice) -> list[LearnedCell]:
 
 
 def run_cell(cell: LearnedCell, episodes: int, seed: int) -> StudyRow:
-    """Play one cell; a row of plain numbers.
+    """Play one cell, and return its row.
 
-    A row without ``players`` has the ``reason`` why a planner found nothing.
+    A row without ``players`` has the ``reason`` why a planner has no solution.
     """
     game = cell.game()
     row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}
     learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
     groups = len(learned["ppo-selfish"].runs)
     sides: dict[str, list[Sequence[Player]]] = {
-        name: [one.players(game, run) for run in range(groups)] for name, one in learned.items()
+        name: [policy.players(game, run) for run in range(groups)]
+        for name, policy in learned.items()
     }
     for name in KINDS["planned"]:
         solution = _plan(name, game)
@@ -83,16 +84,16 @@ def run_cell(cell: LearnedCell, episodes: int, seed: int) -> StudyRow:
             return row | {"reason": f"{name}: {solution.advice}"}
         row[f"{name}_status"] = str(solution.status)
         sides[name] = [track(game, solution.profile)]
-    judged = {
+    played = {
         name: evaluate_runs(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS
     }
     return row | {
-        "players": {name: _figures(judged[name]) for name in PLAYERS},
+        "players": {name: _statistics(played[name]) for name in PLAYERS},
         "paired": {
-            name: vars(over_runs(judged[name].costs - judged[rival].costs))
+            name: vars(over_runs(played[name].costs - played[rival].costs))
             for name, rival in RIVALS.items()
         },
-        "price": {kind: _price(judged[a], judged[b]) for kind, (a, b) in KINDS.items()},
+        "price": {kind: _price(played[a], played[b]) for kind, (a, b) in KINDS.items()},
     }
 
 
@@ -103,23 +104,23 @@ def _plan(name: str, game: Game) -> Any:
     return planner(game, time_limit=TIME_LIMIT)
 
 
-def _figures(judged: RunStatistics) -> dict[str, Any]:
+def _statistics(runs: RunStatistics) -> dict[str, Any]:
     return {
-        "cost": vars(over_runs(judged.costs, 0.0)),
-        "crash": vars(_crash(judged)),
-        "success": vars(over_runs(judged.successes, 0.0, 1.0)),
+        "cost": vars(over_runs(runs.costs, 0.0)),
+        "crash": vars(_crash(runs)),
+        "success": vars(over_runs(runs.successes, 0.0, 1.0)),
     }
 
 
-def _crash(judged: RunStatistics) -> Interval:
-    """Over the groups; where no crash was seen, up to the 97.5 % limit of all episodes."""
-    found, seen = over_runs(judged.crashes, 0.0, 1.0), judged.summary.crash_any
-    return found if seen.hits else Interval(0.0, 0.0, seen.high)
+def _crash(runs: RunStatistics) -> Interval:
+    """Return the interval over the groups; without crashes, the 97.5 % limit of all episodes."""
+    interval, counted = over_runs(runs.crashes, 0.0, 1.0), runs.summary.crash_any
+    return interval if counted.hits else Interval(0.0, 0.0, counted.high)
 
 
 def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
     count = len(selfish.groups[0].cost) + 0.5
-    logs = [np.log(one.crashes + 0.5 / count) for one in (selfish, social)]
+    logs = [np.log(runs.crashes + 0.5 / count) for runs in (selfish, social)]
     return {
         "cost": vars(_ratio(np.log(selfish.costs), np.log(social.costs))),
         "risk": vars(_ratio(*logs)),
@@ -127,6 +128,6 @@ def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
-    """Exp of the mean difference of logarithms, with its interval."""
-    found = over_runs(above - below)
-    return Interval(*np.exp([found.value, found.low, found.high]).tolist())
+    """Return the exponential of the mean difference of logarithms, with its interval."""
+    logs = over_runs(above - below)
+    return Interval(*np.exp([logs.value, logs.low, logs.high]).tolist())

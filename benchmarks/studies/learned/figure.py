@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.learned`: one file per speed set."""
+"""The figure of the study ``learned``: cost and crash probability over lam."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ NAMES = {
 
 
 def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
-    """A line of panels per scenario, expected cost and crash probability over lam."""
+    """Draw a row of panels per scenario: expected cost and crash probability over lam."""
     shown = [row for row in rows if "players" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
     figure = new_figure(8.2, 1.2 + 2.1 * len(scenarios))
     grid: Any = figure.subplots(len(scenarios), 2, sharex=True, squeeze=False)
     for line, scenario in zip(grid, scenarios, strict=True):
-        mine = [row for row in shown if row["scenario"] == scenario]
-        floor = min(0.5 / row["episodes"] for row in mine)
-        base = np.array([row["players"]["social"]["cost"]["value"] for row in mine])
+        chosen = [row for row in shown if row["scenario"] == scenario]
+        floor = min(0.5 / row["episodes"] for row in chosen)
+        base = np.array([row["players"]["social"]["cost"]["value"] for row in chosen])
         for name in PLAYERS:
-            _curve(line[0], mine, name, "cost", base, 0.0)
-            _curve(line[1], mine, name, "crash", np.ones(len(mine)), floor)
+            _curve(line[0], chosen, name, "cost", base, 0.0)
+            _curve(line[1], chosen, name, "crash", np.ones(len(chosen)), floor)
         line[0].axhline(1.0, color="0.6", linewidth=0.7, zorder=0)
         line[0].set_ylabel("cost / planned social")
         line[0].set_title(scenario, fontsize=9, loc="left")
         line[1].set_yscale("log")
-        line[1].set_ylabel("Pr(anybody crashes)")
+        line[1].set_ylabel("Pr(any agent crashes)")
         line[1].grid(axis="y", alpha=0.3)
     for axes in grid[-1]:
         axes.set_xlabel("λ (weight of time)")
@@ -71,12 +71,13 @@ def _curve(
     base: np.ndarray,
     floor: float,
 ) -> None:
-    """A player's value over lam with its 95 % interval; crashes never seen stand at the floor."""
+    """Draw a player's value over lam with its 95 % interval, with values raised to ``floor``."""
     colour, line, marker = STYLES[name]
-    found = [row["players"][name][what] for row in rows]
+    estimates = [row["players"][name][what] for row in rows]
     lam = [row["lam"] for row in rows]
     value, low, high = (
-        np.maximum([one[key] for one in found], floor) / base for key in ("value", "low", "high")
+        np.maximum([item[key] for item in estimates], floor) / base
+        for key in ("value", "low", "high")
     )
     axes.fill_between(lam, low, high, color=colour, alpha=0.15, linewidth=0)
     axes.plot(

@@ -19,9 +19,9 @@ CHOICE = Choice(PAPER, SPEEDS, (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=250_000)
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """A table for each speed set."""
-    for speed, mine in by_speed(rows).items():
-        yield Table(f"speed set {speed}", COLUMNS, _lines(mine), NOTE)
+    """Yield a table for each speed set."""
+    for speed, chosen in by_speed(rows).items():
+        yield Table(f"speed set {speed}", COLUMNS, _lines(chosen), NOTE)
 
 
 def _lines(rows: Sequence[StudyRow]) -> list[tuple[str, ...]]:
@@ -35,8 +35,8 @@ def _lines(rows: Sequence[StudyRow]) -> list[tuple[str, ...]]:
         lines.append(
             (
                 *head,
-                *(f"{one['cost']['value']:.2f}" for one in played),
-                *(probability(one["crash"]["value"], row["episodes"]) for one in played),
+                *(f"{player['cost']['value']:.2f}" for player in played),
+                *(probability(player["crash"]["value"], row["episodes"]) for player in played),
                 *(
                     f"{row['price'][kind][what]['value']:{form}}"
                     for what, form in (("cost", ".3f"), ("risk", ".3g"))
@@ -48,7 +48,7 @@ def _lines(rows: Sequence[StudyRow]) -> list[tuple[str, ...]]:
 
 
 NOTE = (
-    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: anybody. self*, "
+    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: any agent. self*, "
     "soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned and learned*."
 )
 
@@ -64,42 +64,43 @@ COLUMNS = (
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
+    """Yield sentences on the rows."""
     rows = [row for row in rows if "players" in row]
     for kind, (selfish, social) in KINDS.items():
         ratios = {what: [row["price"][kind][what] for row in rows] for what in ("cost", "risk")}
-        values = {what: np.array([r["value"] for r in found]) for what, found in ratios.items()}
+        values = {what: np.array([r["value"] for r in some]) for what, some in ratios.items()}
         same = [abs(r["value"] - 1) <= SAME for r in ratios["cost"]]
         worse = [r["low"] > 1 for r in ratios["risk"]]
         safer = [r["high"] < 1 for r in ratios["risk"]]
         both = sum(a and b for a, b in zip(same, worse, strict=True))
         yield (
-            f"{kind.capitalize()} ({selfish} against {social}): costs differ by at most "
+            f"{kind.capitalize()} ({selfish} compared with {social}): costs differ by at most "
             f"{SAME:.0%} in {sum(same)} of {len(rows)} cells (ratio {values['cost'].min():.3f} to "
-            f"{values['cost'].max():.3f}); crashes are likelier in {sum(worse)} cells, less likely "
-            f"in {sum(safer)}, and not told apart in {len(rows) - sum(worse) - sum(safer)} "
-            f"(median ratio {np.median(values['risk']):.2g}, largest {values['risk'].max():.3g}). "
-            f"As the paper has it, about as cheap and less safe: {both} cells."
+            f"{values['cost'].max():.3f}); crashes are significantly more likely in {sum(worse)} "
+            f"cells, less likely in {sum(safer)}, no significant difference in "
+            f"{len(rows) - sum(worse) - sum(safer)} (median ratio "
+            f"{np.median(values['risk']):.2g}, largest {values['risk'].max():.3g}). About the same "
+            f"cost and less safe, as the paper claims: {both} cells."
         )
         yield f"{kind.capitalize()}, by scenario and speed set: {_places(rows, kind)}."
         yield (
-            f"{kind.capitalize()}, against the paper: costs further apart than {SAME:.0%} in "
-            f"{_named(rows, [not one for one in same])}; selfish the safer one in "
+            f"{kind.capitalize()}, unlike the paper: costs differ by more than {SAME:.0%} in "
+            f"{_named(rows, [not equal for equal in same])}; selfish players are safer in "
             f"{_named(rows, safer)}."
         )
     for name, rival in RIVALS.items():
         paired = [row["paired"][name] for row in rows]
         cheaper = sum(p["high"] < 0 for p in paired)
-        dearer = [p["low"] > 0 for p in paired]
+        costlier = [p["low"] > 0 for p in paired]
         yield (
-            f"{name} against tracked {rival}, same noise: cheaper in {cheaper} of {len(rows)} "
-            f"cells, not told apart in {len(rows) - cheaper - sum(dearer)}, dearer in "
-            f"{_named(rows, dearer)}."
+            f"{name} compared with tracked {rival}, same noise: cheaper in {cheaper} of "
+            f"{len(rows)} cells, no significant difference in "
+            f"{len(rows) - cheaper - sum(costlier)}, costlier in {_named(rows, costlier)}."
         )
 
 
 def _named(rows: Sequence[StudyRow], marked: Sequence[bool]) -> str:
-    """How many cells are marked, and which."""
+    """Return the number of marked cells, with their names."""
     names = [
         f"{row['scenario']} {row['speed']} {row['lam']:g}"
         for row, mark in zip(rows, marked, strict=True)
@@ -110,20 +111,20 @@ def _named(rows: Sequence[StudyRow], marked: Sequence[bool]) -> str:
 
 
 def _places(rows: Sequence[StudyRow], kind: str) -> str:
-    """Where selfishness makes crashes likelier, and at how many lam of how many."""
-    found: dict[str, tuple[int, int]] = {}
+    """Return the places where selfish players crash more, with counts of lam."""
+    counts: dict[str, tuple[int, int]] = {}
     for row in rows:
         key = f"{row['scenario']} {row['speed']}"
-        hits, total = found.get(key, (0, 0))
-        found[key] = (hits + (row["price"][kind]["risk"]["low"] > 1), total + 1)
-    return "crashes likelier at " + ", ".join(
-        f"{key} {hits}/{total}" for key, (hits, total) in found.items()
+        hits, total = counts.get(key, (0, 0))
+        counts[key] = (hits + (row["price"][kind]["risk"]["low"] > 1), total + 1)
+    return "crashes significantly more likely at " + ", ".join(
+        f"{key} {hits}/{total}" for key, (hits, total) in counts.items()
     )
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
-    """A figure for each speed set."""
-    return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
+    """Draw a figure for each speed set."""
+    return {speed: draw_speed(chosen, speed) for speed, chosen in by_speed(rows).items()}
 
 
 STUDY = Study("learned", QUESTION, CHOICE, cells, tables, words, draw, run=run_cell)

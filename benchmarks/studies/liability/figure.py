@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.liability`: rules from left to right."""
+"""The figure of the study ``liability``: cost gap and risk ratio by rule."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ TICKS = [rule.replace(":", "\n").replace("right-of-", "right-of-\n") for rule in
 def draw_games(
     societies: Sequence[tuple[tuple[str, str, float], Sequence[GameUnderRules]]],
 ) -> Figure:
-    """A line of panels of cost gaps, one of risk ratios; a column for each society."""
+    """Draw a row of panels of cost gaps and one of risk ratios; a column for each society."""
     figure = new_figure(1.2 + 3.3 * len(societies), 6.0)
     grid: Any = figure.subplots(2, len(societies), sharex=True, sharey="row", squeeze=False)
-    for column, ((_, kind, lam), found) in enumerate(societies):
+    for column, ((_, kind, lam), games) in enumerate(societies):
         gap, risk = grid[0][column], grid[1][column]
         gap.set_title(f"agents {kind}, λ {'≈' if kind == 'unlike' else '='} {lam:g}", fontsize=9)
-        for k, game in enumerate(found):
+        for k, game in enumerate(games):
             style = {
                 "color": COLOURS[k % len(COLOURS)],
                 "marker": MARKERS[k % len(MARKERS)],
@@ -36,13 +36,13 @@ def draw_games(
                 "markersize": 4,
                 "linewidth": 1.1,
             }
-            places = np.arange(len(RULES)) + (k - (len(found) - 1) / 2) * 0.08
+            places = np.arange(len(RULES)) + (k - (len(games) - 1) / 2) * 0.08
             gaps = 100 * np.array([game.gaps(rule) for rule in RULES])
             gap.vlines(places, *gaps.T, color=style["color"], linewidth=1.1)
             label = f"{game.scenario}, N = {game.agents}"
             gap.plot(places, gaps[:, 1], label=label, **style)
-            told = [worst(game, rule) for rule in RULES]
-            ratios = [np.nan if one is None else one.risk for one in told]
+            prices = [worst(game, rule) for rule in RULES]
+            ratios = [np.nan if price is None else price.risk for price in prices]
             risk.plot(places, ratios, **style)
         gap.axhline(100 * RESTORED, color="0.5", linewidth=0.8, zorder=0)
         gap.set_yscale("symlog", linthresh=100 * RESTORED)
@@ -52,16 +52,16 @@ def draw_games(
         for axes in (gap, risk):
             axes.tick_params(axis="y", labelsize=7)
             axes.grid(axis="y", alpha=0.3)
-    dearest = [game.gaps(rule)[1] for _, found in societies for game in found for rule in RULES]
-    settled = [100 * gap for gap in dearest if gap < inf]
+    gaps = [game.gaps(rule)[1] for _, games in societies for game in games for rule in RULES]
+    settled = [100 * gap for gap in gaps if gap < inf]
     grid[0][0].set_ylim(-0.02, 2 * max(settled, default=1.0) + 1)
     grid[0][0].set_ylabel("cost gap (%)", fontsize=8)
     grid[1][0].set_ylabel("risk ratio", fontsize=8)
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
-        "Equilibria under rules of liability, against the cheapest plans known: sum of shifted "
-        "costs, and Pr(anybody crashes)",
+        "Equilibria under liability rules, relative to the cheapest plans known: sum of shifted "
+        "costs, and Pr(any agent crashes)",
         fontsize=9,
     )
     return figure

@@ -37,20 +37,20 @@ HEADS = ("scenario", "N", *(rule.replace(":", "\n") for rule in RULES))
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """Cost gaps and risk ratios of every game."""
-    for (speed, kind, lam), found in games(rows).items():
+    """Yield tables of cost gaps and risk ratios of every game."""
+    for (speed, kind, lam), compared in games(rows).items():
         where = f"agents {kind}, {'mean ' * (kind == 'unlike')}lam {lam:g}, speed set {speed}"
         yield Table(
             f"Cost gap, {where}",
             HEADS,
-            [(*_named(game), *(_gap(game, rule) for rule in RULES)) for game in found],
-            "In per cent; of the two orders, if they differ. Star: the least cost is not proved.",
+            [(*_named(game), *(_gap(game, rule) for rule in RULES)) for game in compared],
+            "In per cent; for both orders, if they differ. Star: the least cost is not proved.",
         )
         yield Table(
             f"Risk ratio, {where}",
             HEADS,
-            [(*_named(game), *(_risk(game, rule) for rule in RULES)) for game in found],
-            "The order that is riskier. In brackets: not beyond doubt.",
+            [(*_named(game), *(_risk(game, rule) for rule in RULES)) for game in compared],
+            "Of the riskier order. In brackets: not significant.",
         )
 
 
@@ -64,56 +64,56 @@ def _gap(game: GameUnderRules, rule: str) -> str:
 
 
 def _risk(game: GameUnderRules, rule: str) -> str:
-    one = worst(game, rule)
-    return "-" if one is None else one.risk_text
+    price = worst(game, rule)
+    return "-" if price is None else price.risk_text
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
-    found = [game for some in games(rows).values() for game in some]
-    for size, mine in sorted(grouped(found, lambda game: game.agents).items()):
+    """Yield sentences on the rows."""
+    compared = [game for some in games(rows).values() for game in some]
+    for size, own in sorted(grouped(compared, lambda game: game.agents).items()):
         counts = ", ".join(
-            f"{rule} {sum(g.restored(rule) for g in mine)} ({sum(g.can(rule) for g in mine)})"
+            f"{rule} {sum(g.restored(rule) for g in own)} ({sum(g.can(rule) for g in own)})"
             for rule in RULES
         )
         yield (
-            f"{size} agents: of {len(mine)} games each rule restores the optimum (can restore it) "
+            f"{size} agents: of {len(own)} games each rule restores the optimum (can restore it) "
             f"in: {counts}."
         )
     for rule in RULES:
-        settled = [game for game in found if game.gaps(rule)[1] < inf]
+        settled = [game for game in compared if game.gaps(rule)[1] < inf]
         if not settled:
             continue
-        told = [one for game in settled if (one := worst(game, rule))]
+        riskiest = [price for game in settled if (price := worst(game, rule))]
         low, high = np.mean([game.gaps(rule) for game in settled], axis=0)
-        dearest = max((game.gaps(rule)[1], game.scenario) for game in settled)
+        costliest = max((game.gaps(rule)[1], game.scenario) for game in settled)
         yield (
             f"{rule}: cost gap {low:.2%} on average in the better order, {high:.2%} in the worse, "
-            f"at most {dearest[0]:.2%} ({dearest[1]}); in its riskier order riskier than the "
-            f"cheapest plans beyond doubt in {sum(one.riskier for one in told)} of {len(told)} "
-            f"games, safer in {sum(one.safer for one in told)}."
+            f"at most {costliest[0]:.2%} ({costliest[1]}); in its riskier order significantly "
+            f"riskier than the cheapest plans in {sum(price.riskier for price in riskiest)} of "
+            f"{len(riskiest)} games, safer in {sum(price.safer for price in riskiest)}."
         )
-    yield from _shares(found)
-    unsettled = sum(game.gaps(rule)[1] == inf for game in found for rule in RULES)
-    yield f"Rules and games in which the dynamics did not end at an equilibrium: {unsettled}."
+    yield from _shares(compared)
+    unsettled = sum(game.gaps(rule)[1] == inf for game in compared for rule in RULES)
+    yield f"Pairs of rule and game without convergence to an equilibrium: {unsettled}."
     yield from missing(rows)
 
 
-def _shares(found: Sequence[GameUnderRules]) -> Iterator[str]:
-    """How large a share is enough where paying for all the harm is."""
-    cured = [g for g in found if g.can("pigou") and not g.can("selfish")]
+def _shares(compared: Sequence[GameUnderRules]) -> Iterator[str]:
+    """Yield a sentence on the least share that suffices where the whole harm does."""
+    cured = [g for g in compared if g.can("pigou") and not g.can("selfish")]
     if not cured:
         return
     least = [next(rule for rule in SHARES if game.can(rule)) for game in cured]
     counts = ", ".join(f"{rule} in {least.count(rule)}" for rule in SHARES if rule in least)
     yield (
-        f"The optimum that selfish agents miss in both orders and pigou can restore: {len(cured)} "
-        f"games; the smallest share that can restore it is {counts}."
+        f"Games whose optimum selfish agents miss in both orders and pigou can restore: "
+        f"{len(cured)}; the smallest share that can restore it is {counts}."
     )
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
-    """Cost gaps above, risk ratios below; a column for each society."""
+    """Draw cost gaps above and risk ratios below, with a column for each society."""
     by_speed = grouped(games(rows).items(), lambda item: item[0][0])
     return {
         speed if len(by_speed) > 1 else "": draw_games(some) for speed, some in by_speed.items()

@@ -1,10 +1,10 @@
-"""The price of selfish risk: what an equilibrium costs beside what it risks.
+"""The price of selfish risk: cost and risk of an equilibrium, relative to the optimum.
 
-In every game, a scenario of the paper with a speed set, an objective, a gain and a lam, three
-plans meet the same noise on schedule: the equilibrium that best-response dynamics find (``nash``),
-the one that minimises the potential, and the social optimum.  Ratios and the meaning of *beyond
-doubt* are those of :mod:`benchmarks.studies.prices`.  Costs are those of the game's objective:
-with ``margin`` they count missing margins, with ``risk`` they bound the expected cost.
+A game is a scenario of the paper with a speed set, an objective, a gain and a lam.  In each, three
+plans are simulated on schedule with the same noise: the equilibrium that best-response dynamics
+find (``nash``), the one that minimises the potential, and the social optimum.  Ratios and
+significance are defined in :mod:`benchmarks.studies.prices`.  Costs are those of the game's
+objective: with ``margin`` they count missing margins, with ``risk`` they bound the expected cost.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ OBJECTIVES = ("margin", "risk")
 GAINS = (0.0, 0.5)
 AXES = ("speed", "scenario", "objective", "gain", "lam")
 FAMILY = AXES[:-1]
-"""Games of a family differ in lam alone."""
+"""Games of a family differ in lam only."""
 
 
 def cells(choice: Choice) -> list[Cell]:
-    """Three players in every game."""
+    """Return the cells: three players in every game."""
     games = product(choice.speeds, choice.scenarios, OBJECTIVES, GAINS, choice.lams)
     return [
         Cell(

@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.price`: cost ratio beside risk ratio over lam."""
+"""The figure of the study ``price``: cost ratio and risk ratio over lam."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ STYLES = {
     ("potential", 0.5): (COLOURS[5], "--", "v"),
 }
 SHIFT = 0.008
-"""Of neighbouring marks along lam, so that they do not hide each other."""
+"""Shift of neighbouring marks along lam, so that they do not hide each other."""
 
 
 def draw_speed(families: Families, speed: str) -> Figure:
-    """A line of panels for each scenario: cost ratio and risk ratio, for both objectives."""
+    """Draw a row of panels for each scenario: cost and risk ratio, for both objectives."""
     keys = [key for key in families[EQUILIBRIA[0]] if key[0] == speed]
     scenarios = list(dict.fromkeys(key[1] for key in keys))
     objectives = list(dict.fromkeys(key[2] for key in keys))
@@ -44,13 +44,13 @@ def draw_speed(families: Families, speed: str) -> Figure:
             cost, risk = line[2 * k : 2 * k + 2]
             for j, (name, gain) in enumerate((n, g) for g in gains for n in EQUILIBRIA):
                 chosen = families[name].get((speed, scenario, objective, gain), [])
-                lam = np.array([one.selfish["lam"] for one in chosen])
+                lam = np.array([price.selfish["lam"] for price in chosen])
                 colour, dash, marker = STYLES[name, gain]
                 style = {"color": colour, "marker": marker, "markersize": 4, "linewidth": 1.1}
                 label = f"{name}, gain {gain:g}"
-                cost.plot(lam, [one.cost for one in chosen], dash, label=label, **style)
-                for place, one in zip(lam + (j - 1.5) * SHIFT, chosen, strict=True):
-                    draw_risk(risk, place, one, style)
+                cost.plot(lam, [price.cost for price in chosen], dash, label=label, **style)
+                for place, price in zip(lam + (j - 1.5) * SHIFT, chosen, strict=True):
+                    draw_risk(risk, place, price, style)
             frame(cost, risk, objective)
     for axes in grid[-1]:
         axes.set_xlabel("λ (weight of time)", fontsize=8)
@@ -58,7 +58,7 @@ def draw_speed(families: Families, speed: str) -> Figure:
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
         f"Equilibrium over optimum, speed set {speed}: sum of shifted costs, and "
-        "Pr(anybody crashes) with 95 % limits (pale: not told apart)",
+        "Pr(any agent crashes) with 95 % limits (pale: not significant)",
         fontsize=10,
     )
     return figure

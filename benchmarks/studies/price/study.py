@@ -32,16 +32,16 @@ QUESTION = "Equilibria cost little more than the optimum: how much more do they 
 CHOICE = Choice(PAPER, ("l1", "disc"), (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=100_000)
 
 FAMILIES = ("scenario", "objective", "gain", *SUMMARY)
-DOUBTLESS = (
+SIGNIFICANT = (
     "scenario", "speed", "objective", "equilibrium", "gain", "lam", "cost\nratio", "crash\nequil.",
     "crash\noptimum", "risk\nratio", "at least", "bound\nratio",
 )  # fmt: skip
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """Families of games for each speed set; then all games in which the risks differ."""
-    found = {name: prices(rows, name, AXES) for name in EQUILIBRIA}
-    families = {name: grouped(some, family) for name, some in found.items()}
+    """Yield a table of families for each speed set, and one of all games whose risks differ."""
+    compared = {name: prices(rows, name, AXES) for name in EQUILIBRIA}
+    families = {name: grouped(some, family) for name, some in compared.items()}
     games = max((len(some) for some in families[EQUILIBRIA[0]].values()), default=0)
     for speed, keys in grouped(families[EQUILIBRIA[0]], itemgetter(0)).items():
         lines = [
@@ -55,21 +55,21 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
         title = f"Speed set {speed}, games over {games} values of lam"
         yield Table(title, FAMILIES, lines, NOTE, texts=2)
     lines = [
-        _line(name, one) for name in EQUILIBRIA for one in found[name] if one.riskier or one.safer
+        _line(name, price) for name in EQUILIBRIA for price in compared[name] if price.significant
     ]
     yield Table(
-        "All games in which the risks differ beyond doubt",
-        DOUBTLESS,
+        "All games whose risks differ significantly",
+        SIGNIFICANT,
         lines,
-        "Crash: Pr(anybody crashes); in risk ratios those below "
-        f"{NEGLIGIBLE:g} count as it. At least: lower limit of the risk ratio. Bound ratio: of the "
-        "union bounds.",
+        "Crash: Pr(any agent crashes); in risk ratios, values below "
+        f"{NEGLIGIBLE:g} count as {NEGLIGIBLE:g}. At least: lower limit of the risk ratio. Bound "
+        "ratio: of the union bounds.",
         texts=4,
     )
 
 
-def _line(name: str, one: Price) -> tuple[str, ...]:
-    game = one.selfish
+def _line(name: str, price: Price) -> tuple[str, ...]:
+    game = price.selfish
     return (
         game["scenario"],
         game["speed"],
@@ -77,36 +77,37 @@ def _line(name: str, one: Price) -> tuple[str, ...]:
         name,
         f"{game['gain']:g}",
         f"{game['lam']:g}",
-        f"{one.cost:.3f}",
-        chance(one.selfish),
-        chance(one.social),
-        f"{one.risk:.3g}",
-        f"{one.least:.3g}",
-        "-" if one.bound is None else f"{one.bound:.3g}",
+        f"{price.cost:.3f}",
+        chance(price.selfish),
+        chance(price.social),
+        f"{price.risk:.3g}",
+        f"{price.least:.3g}",
+        "-" if price.bound is None else f"{price.bound:.3g}",
     )
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
+    """Yield sentences on the rows."""
     for name in EQUILIBRIA:
-        found = prices(rows, name, AXES)
-        if not found:
+        compared = prices(rows, name, AXES)
+        if not compared:
             continue
-        yield verdict(found, name)
-        worst, dearest = riskiest(found), max(found, key=lambda one: one.cost)
+        yield verdict(compared, name)
+        worst, costliest = riskiest(compared), max(compared, key=lambda price: price.cost)
         if worst.riskier:
             yield (
                 f"{name}, riskiest: risk ratio {worst.risk:.3g} (at least {worst.least:.3g}) at "
                 f"a cost ratio of {worst.cost:.3f}, in {_named(worst)}."
             )
-        yield f"{name}, dearest: cost ratio {dearest.cost:.3f}, in {_named(dearest)}."
-        yield f"{name}, riskier / safer: {'; '.join(_by_axis(found))}."
-        told = [one for one in found if (one.riskier or one.safer) and one.bound is not None]
-        right = sum((one.bound > 1) == one.riskier for one in told if one.bound is not None)
-        if told:
+        yield f"{name}, costliest: cost ratio {costliest.cost:.3f}, in {_named(costliest)}."
+        yield f"{name}, riskier / safer: {'; '.join(_by_axis(compared))}."
+        significant = [price for price in compared if price.significant]
+        bounded = [(p.bound, p.riskier) for p in significant if p.bound is not None]
+        right = sum((bound > 1) == riskier for bound, riskier in bounded)
+        if bounded:
             yield (
-                f"{name}: where the risks differ beyond doubt, the union bounds have the same "
-                f"order in {right} of {len(told)} games."
+                f"{name}: where the risks differ significantly, the union bounds have the same "
+                f"order in {right} of {len(bounded)} games."
             )
     yield from missing(rows)
 
@@ -119,20 +120,19 @@ def _named(price: Price) -> str:
     )
 
 
-def _by_axis(found: Sequence[Price]) -> Iterator[str]:
-    """Riskier and safer games of how many, for every value of every axis."""
+def _by_axis(compared: Sequence[Price]) -> Iterator[str]:
+    """Yield the numbers of riskier and safer games, for every value of every axis."""
     for axis in AXES:
-        values = dict.fromkeys(one.selfish[axis] for one in found)
-        some = {value: [one for one in found if one.selfish[axis] == value] for value in values}
-        counts = (f"{value} {sides(mine)} of {len(mine)}" for value, mine in some.items())
+        some = grouped(compared, lambda price, axis=axis: price.selfish[axis])
+        counts = (f"{value} {sides(own)} of {len(own)}" for value, own in some.items())
         yield f"by {axis} {', '.join(counts)}"
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
-    """A figure for each speed set."""
-    found = {name: grouped(prices(rows, name, AXES), family) for name in EQUILIBRIA}
-    speeds = dict.fromkeys(key[0] for key in found["nash"])
-    return {speed: draw_speed(found, speed) for speed in speeds}
+    """Draw a figure for each speed set."""
+    families = {name: grouped(prices(rows, name, AXES), family) for name in EQUILIBRIA}
+    speeds = dict.fromkeys(key[0] for key in families["nash"])
+    return {speed: draw_speed(families, speed) for speed in speeds}
 
 
 STUDY = Study(

@@ -1,15 +1,15 @@
-"""Scaling: what more agents and longer horizons do to planners, and to what they find.
+"""Scaling: planners and their plans with more agents and longer horizons.
 
-Two families grow with N, ``circle(n)``, where all meet in one place, and ``streams(n)``, where two
-rows cross; and one game, ``intersection``, has ever longer horizons.  ``nash`` is best-response
-dynamics, ``social`` the optimum: proved up to five agents, searched for and bounded beyond.  Each
-planner has half a minute.
+Two families grow with N: ``circle(n)``, where all agents meet in one place, and ``streams(n)``,
+where two rows cross.  One game, ``intersection``, has longer and longer horizons.  ``nash`` is
+best-response dynamics, ``social`` the optimum: proved up to five agents, with a heuristic search
+and a bound for more.  The time limit of each planner is half a minute.
 
-    seconds, gap, regret     wall time of a planner; what is proved about its plans
+    seconds, gap, regret     wall time of a planner; certificates of its plans
     cost ratio, risk ratio   of ``nash`` over ``social``, as in :mod:`benchmarks.studies.prices`
 
-Seconds, and what is found where they run out, depend on the machine: run the study alone and with
-one job.  The rows say on what it was run.
+Seconds, and plans at the time limit, depend on the machine: run the study alone and with one job.
+The rows name the machine.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ LIMIT = 30.0
 
 PLAYERS = ("nash", OPTIMUM)
 AXES = ("scenario", "family", "agents", "horizon", "speed", "lam")
-"""Columns that tell games apart."""
+"""Columns that identify games."""
 
 
 def cells(choice: Choice) -> list[sweeps.Cell]:
-    """Both planners in every game."""
-    found = []
+    """Return the cells: both planners in every game."""
+    chosen = []
     for family, speed, lam in product(choice.scenarios, choice.speeds, choice.lams):
         fields = {"speed": speed, "objective": "risk", "lam": lam}
         games = (
@@ -47,7 +47,7 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
             if family == LONG
             else [(f"{family}({size})", fields) for size in SIZES]
         )
-        found += [
+        chosen += [
             sweeps.Cell(
                 scenario,
                 player,
@@ -58,11 +58,11 @@ def cells(choice: Choice) -> list[sweeps.Cell]:
             )
             for (scenario, game), player in product(games, PLAYERS)
         ]
-    return found
+    return chosen
 
 
 def digest(row: sweeps.Row) -> StudyRow:
-    """The game, what was proved and found, and how long that took on which machine."""
+    """Return the game, plans and certificates, wall time and machine."""
     names = ("scenario", "agents", "horizon", "speed", "lam", "player", "gap", "seconds", *FOUND)
     return {name: getattr(row, name) for name in names} | {
         "family": row.scenario.partition("(")[0],
@@ -72,15 +72,15 @@ def digest(row: sweeps.Row) -> StudyRow:
 
 
 def games(rows: Sequence[StudyRow]) -> dict[str, list[tuple[StudyRow, StudyRow | None]]]:
-    """By family, in growing games: the rows of ``nash`` and, where there is one, of ``social``."""
-    known = grouped(
+    """Return, by family and in order of size, the rows of ``nash`` and, if any, of ``social``."""
+    solved = grouped(
         [row for row in rows if "reason" not in row], lambda row: tuple(row[k] for k in AXES)
     )
-    pairs = [{row["player"]: row for row in mine} for mine in known.values()]
+    pairs = [{row["player"]: row for row in own} for own in solved.values()]
     both = [(pair["nash"], pair.get(OPTIMUM)) for pair in pairs if "nash" in pair]
     return grouped(both, lambda pair: pair[0]["family"])
 
 
 def size_of(row: StudyRow) -> int:
-    """What grows: the horizon of one family, the number of agents of the others."""
+    """Return the size of a game: its horizon in one family, its number of agents in the others."""
     return int(row["horizon"] if row["family"] == LONG else row["agents"])

@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.scaling`: four panels over what grows."""
+"""The figure of the study ``scaling``: four panels over the size of the games."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DASHES = dict(zip(PLAYERS, ("-", "--"), strict=True))
 
 
 def draw_growth(families: Mapping[str, Sequence[tuple[StudyRow, StudyRow | None]]]) -> Figure:
-    """Families that grow in N on the left, the one whose horizon grows on the right."""
+    """Draw families that grow in N on the left, the one whose horizon grows on the right."""
     wide = [("agents N", [f for f in families if f != LONG]), ("horizon (steps)", [LONG])]
     shown = [(what, names) for what, names in wide if any(name in families for name in names)]
     figure = new_figure(1.5 + 3.6 * len(shown), 8.6)
@@ -59,10 +59,10 @@ def _draw(
     seconds, gap, cost, risk = panels
     style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 4, "linewidth": 1.1}
     for k, name in enumerate(PLAYERS):
-        mine = [row for pair in pairs if (row := pair[k]) is not None]
-        sizes = [size_of(row) for row in mine]
+        own = [row for pair in pairs if (row := pair[k]) is not None]
+        sizes = [size_of(row) for row in own]
         label = f"{family}, {name}"
-        seconds.plot(sizes, [r["seconds"] for r in mine], DASHES[name], label=label, **style)
+        seconds.plot(sizes, [r["seconds"] for r in own], DASHES[name], label=label, **style)
     both = [(size_of(nash), Price(nash, social)) for nash, social in pairs if social is not None]
     sizes = [size for size, _ in both]
     gap.plot(sizes, [100 * price.social["gap"] for _, price in both], **style)

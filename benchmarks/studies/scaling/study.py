@@ -35,14 +35,14 @@ HEADS = (
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """A table for every family."""
+    """Yield a table for every family."""
     for family, pairs in games(rows).items():
         machines = dict.fromkeys(nash["machine"] for nash, _ in pairs)
         yield Table(
             f"{family}, growing in {'its horizon' if family == LONG else 'agents'}",
             HEADS,
             [_line(nash, social) for nash, social in pairs],
-            f"Seconds on {'; '.join(machines)}. Risk ratio in brackets: not beyond doubt.",
+            f"Seconds on {'; '.join(machines)}. Risk ratio in brackets: not significant.",
             texts=0,
         )
 
@@ -69,16 +69,16 @@ def _line(nash: StudyRow, social: StudyRow | None) -> tuple[str, ...]:
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
+    """Yield sentences on the rows."""
     for family, pairs in games(rows).items():
         unit = "a horizon of" if family == LONG else "N ="
         for k, name in enumerate(PLAYERS):
-            mine = [pair[k] for pair in pairs]
-            done = [row for row in mine if row is not None and row["seconds"] < LIMIT]
+            own = [pair[k] for pair in pairs]
+            done = [row for row in own if row is not None and row["seconds"] < LIMIT]
             if done:
                 last = max(done, key=size_of)
                 yield (
-                    f"{family}: {name} was done within {LIMIT:g} s up to {unit} {size_of(last)}, "
+                    f"{family}: {name} finished within {LIMIT:g} s up to {unit} {size_of(last)}, "
                     f"where it took {last['seconds']:.2g} s."
                 )
         settled = [nash for nash, _ in pairs if nash["status"] == "equilibrium"]
@@ -89,14 +89,15 @@ def words(rows: Sequence[StudyRow]) -> Iterator[str]:
         proved = [size_of(s) for _, s in pairs if s is not None and s["status"] == "optimal"]
         if proved:
             yield f"{family}: the optimum is proved up to {unit} {max(proved)}."
-    found = prices(rows, "nash", AXES)
-    riskier = [one for one in found if one.riskier]
-    if found:
+    compared = prices(rows, "nash", AXES)
+    riskier = sum(price.riskier for price in compared)
+    if compared:
         yield (
-            f"Equilibria are riskier than the optimum, or the plans found for it, beyond doubt in "
-            f"{len(riskier)} of {len(found)} games, safer in {sum(p.safer for p in found)}; cost "
-            f"ratios are {min(p.cost for p in found):.3f} to {max(p.cost for p in found):.3f} "
-            f"(below one, the search for the optimum stopped too early)."
+            f"Equilibria are significantly riskier than the optimum, or the best known plans, in "
+            f"{riskier} of {len(compared)} games, safer in {sum(p.safer for p in compared)}; "
+            f"cost ratios are {min(p.cost for p in compared):.3f} to "
+            f"{max(p.cost for p in compared):.3f} (below one, the search for the optimum stopped "
+            f"too early)."
         )
     yield from missing(rows)
 

@@ -1,13 +1,13 @@
-"""How far the price of selfish risk depends on what the paper fixes or leaves open.
+"""Sensitivity of the price of selfish risk to constants and choices of the paper.
 
-One factor at a time is changed, around the paper's objective and cap:
+One factor at a time is changed, starting from the paper's objective and cap:
 
     base   margin_cap 3, horizon 15, scale exact (with the square root of two), no feedback, and
            the first speed set
 
 The factors are the cap M', the horizon, the scale of margins (the paper's programs drop the square
-root of two) and the speed set.  Levels of a factor are games of their own, with costs of their
-own: compared are ratios, as :mod:`benchmarks.studies.prices` defines them.
+root of two) and the speed set.  Costs of different levels are not comparable; ratios, as defined in
+:mod:`benchmarks.studies.prices`, are.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from benchmarks.studies.study import OUT_OF_REACH, Choice
 from benchmarks.sweeps import Cell
 
 CAPS, HORIZONS, SCALES = (3.0, 2.0, 5.0, 8.0), (15, 20), ("exact", "paper")
-"""Levels of the factors; the first is that of the base."""
+"""Levels of the factors; the first is the base."""
 
 AXES = ("scenario", "lam", "margin_cap", "horizon", "scale", "speed")
 FACTORS = AXES[2:]
@@ -38,7 +38,7 @@ Levels = dict[str, list[Price]]
 
 
 def cells(choice: Choice) -> list[Cell]:
-    """Three players in every game of every level."""
+    """Return the cells: three players in every game of every level."""
     return [
         Cell(
             scenario,
@@ -54,21 +54,21 @@ def cells(choice: Choice) -> list[Cell]:
 
 
 def levels(speeds: Sequence[str]) -> list[dict[str, Any]]:
-    """The base, and then the base with another level of one factor."""
-    known = dict(zip(FACTORS, (CAPS, HORIZONS, SCALES, speeds), strict=True))
-    base = {factor: values[0] for factor, values in known.items()}
-    others = ((factor, value) for factor, values in known.items() for value in values[1:])
+    """Return the base, and then the base with another level of one factor."""
+    choices = dict(zip(FACTORS, (CAPS, HORIZONS, SCALES, speeds), strict=True))
+    base = {factor: values[0] for factor, values in choices.items()}
+    others = ((factor, value) for factor, values in choices.items() for value in values[1:])
     return [base, *(base | {factor: value} for factor, value in others)]
 
 
 def by_level(rows: Sequence[StudyRow], player: str) -> Levels:
-    """Prices of the equilibria of ``player``, the base first."""
-    found = prices(rows, player, AXES)
+    """Return the prices of the equilibria of ``player`` by level, the base first."""
+    compared = prices(rows, player, AXES)
     named: Levels = {}
-    for one in found:
-        changed = [f for f in FACTORS if one.selfish[f] != found[0].selfish[f]]
-        name = ", ".join(f"{SIGNS[f]}{_plain(one.selfish[f])}" for f in changed) or BASE
-        named.setdefault(name, []).append(one)
+    for price in compared:
+        changed = [f for f in FACTORS if price.selfish[f] != compared[0].selfish[f]]
+        name = ", ".join(f"{SIGNS[f]}{_plain(price.selfish[f])}" for f in changed) or BASE
+        named.setdefault(name, []).append(price)
     return named
 
 

@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.sensitivity`: ratios at every level."""
+"""The figure of the study ``sensitivity``: cost ratio and risk ratio at every level."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 COLOUR = {"nash": COLOURS[1], "potential": COLOURS[0]}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-"""One for each lam."""
+"""A marker for each lam."""
 
 WIDTH = 0.6
-"""Of the marks at one level together, of the distance between two levels."""
+"""Width of the marks of one level, relative to the distance between two levels."""
 
 
-def draw_levels(found: Mapping[str, Mapping[str, Sequence[Price]]]) -> Figure:
-    """A line of panels for each scenario; prices by equilibrium and level."""
-    every = [one for some in found.values() for chosen in some.values() for one in chosen]
-    levels = list(found[EQUILIBRIA[0]])
-    scenarios = list(dict.fromkeys(one.selfish["scenario"] for one in every))
-    lams = list(dict.fromkeys(one.selfish["lam"] for one in every))
+def draw_levels(prices: Mapping[str, Mapping[str, Sequence[Price]]]) -> Figure:
+    """Draw a row of panels for each scenario, from prices by equilibrium and level."""
+    every = [price for some in prices.values() for chosen in some.values() for price in chosen]
+    levels = list(prices[EQUILIBRIA[0]])
+    scenarios = list(dict.fromkeys(price.selfish["scenario"] for price in every))
+    lams = list(dict.fromkeys(price.selfish["lam"] for price in every))
     kinds = [(name, lam) for name in EQUILIBRIA for lam in lams]
     figure = new_figure(9.0, 1.8 + 1.7 * len(scenarios))
     grid: Any = figure.subplots(len(scenarios), 2, sharex=True, sharey="col", squeeze=False)
@@ -42,22 +42,22 @@ def draw_levels(found: Mapping[str, Mapping[str, Sequence[Price]]]) -> Figure:
                 "markerfacecolor": COLOUR[name] if name == EQUILIBRIA[0] else "white",
             }
             label = f"{name}, λ = {lam:g}"
-            for level, chosen in found[name].items():
-                for one in chosen:
-                    if (one.selfish["scenario"], one.selfish["lam"]) != (scenario, lam):
+            for level, chosen in prices[name].items():
+                for price in chosen:
+                    if (price.selfish["scenario"], price.selfish["lam"]) != (scenario, lam):
                         continue
                     place = levels.index(level) + WIDTH * (k / max(len(kinds) - 1, 1) - 0.5)
-                    cost.plot(place, one.cost, label=label, **style)
-                    draw_risk(risk, place, one, style)
+                    cost.plot(place, price.cost, label=label, **style)
+                    draw_risk(risk, place, price, style)
         frame(cost, risk, "margin")
     for axes in grid[-1]:
         axes.set_xticks(range(len(levels)), levels, fontsize=7, rotation=30, ha="right")
-        axes.set_xlabel("what differs from the base", fontsize=8)
+        axes.set_xlabel("difference from the base", fontsize=8)
     handles = dict(zip(*reversed(grid[0][0].get_legend_handles_labels()), strict=True))
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(
-        "Equilibrium over optimum: sum of shifted costs, and Pr(anybody crashes) with 95 % limits\n"
-        "(pale: not told apart)",
+        "Equilibrium over optimum: sum of shifted costs, and Pr(any agent crashes) with 95 % "
+        "limits\n(pale: not significant)",
         fontsize=10,
     )
     return figure

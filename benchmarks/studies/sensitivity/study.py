@@ -35,57 +35,57 @@ COLUMNS = ("level", "scenario", *SUMMARY)
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """All scenarios together, and then each."""
-    found = {name: by_level(rows, name) for name in EQUILIBRIA}
+    """Yield a table of all scenarios together, and one of each scenario."""
+    compared = {name: by_level(rows, name) for name in EQUILIBRIA}
     scenarios = list(dict.fromkeys(row["scenario"] for row in rows))
     whole, each = [], []
-    for level in dict.fromkeys(level for some in found.values() for level in some):
-        here = {name: some.get(level, []) for name, some in found.items()}
-        count = len({one.selfish["scenario"] for some in here.values() for one in some})
+    for level in dict.fromkeys(level for some in compared.values() for level in some):
+        here = {name: some.get(level, []) for name, some in compared.items()}
+        count = len({price.selfish["scenario"] for some in here.values() for price in some})
         whole.append((level, f"all {count}", *summary(here)))
-        each += [(level, one, *summary(_of(one, here))) for one in scenarios]
+        each += [(level, name, *summary(_of(name, here))) for name in scenarios]
     yield Table("Levels of each factor", COLUMNS, whole, NOTE, texts=2)
     yield Table("Levels of each factor, by scenario", COLUMNS, each, NOTE, texts=2)
 
 
 def _of(scenario: str, chosen: Mapping[str, list[Price]]) -> dict[str, list[Price]]:
     return {
-        name: [one for one in some if one.selfish["scenario"] == scenario]
+        name: [price for price in some if price.selfish["scenario"] == scenario]
         for name, some in chosen.items()
     }
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
+    """Yield sentences on the rows."""
     for name in EQUILIBRIA:
-        found = by_level(rows, name)
-        for what, tell in TOLD.items():
-            listed = ", ".join(f"{level} {tell(chosen)}" for level, chosen in found.items())
+        levels = by_level(rows, name)
+        for what, describe in PHRASES.items():
+            listed = ", ".join(f"{level} {describe(chosen)}" for level, chosen in levels.items())
             yield f"{name}, {what}: {listed or 'no game'}."
     yield from missing(rows)
 
 
 def _gap(chosen: Sequence[Price]) -> str:
-    return f"{sum(one.cost - 1 for one in chosen) / len(chosen):.1%}"
+    return f"{sum(price.cost - 1 for price in chosen) / len(chosen):.1%}"
 
 
 def _crashes(chosen: Sequence[Price]) -> str:
-    both = ([one.selfish for one in chosen], [one.social for one in chosen])
+    both = ([price.selfish for price in chosen], [price.social for price in chosen])
     means = (sum(row["crash_probability"] for row in some) / len(some) for some in both)
     return " / ".join(f"{mean:.1e}" for mean in means)
 
 
 def _as_the_paper(chosen: Sequence[Price]) -> str:
-    return str(sum(one.same_cost and one.riskier for one in chosen))
+    return str(sum(price.same_cost and price.riskier for price in chosen))
 
 
-TOLD: dict[str, Callable[[Sequence[Price]], str]] = {
+PHRASES: dict[str, Callable[[Sequence[Price]], str]] = {
     "mean cost gap": _gap,
-    "riskier / safer than the optimum beyond doubt": lambda some: f"{sides(some)} of {len(some)}",
-    f"riskier and within {SAME:.0%} of the optimum's cost, as the paper has it": _as_the_paper,
+    "significantly riskier / safer than the optimum": lambda some: f"{sides(some)} of {len(some)}",
+    f"riskier and within {SAME:.0%} of the optimum's cost, as the paper claims": _as_the_paper,
     "mean crash probability, and that of the optimum": _crashes,
 }
-"""What is told of every level."""
+"""Titles and values of the sentences on all levels."""
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:

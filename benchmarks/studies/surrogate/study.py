@@ -27,13 +27,13 @@ SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
 COLUMNS = (
     "game",
     "plans",
-    "told\napart",
+    "pairs",
     *(f"{what}\n{name}" for name in SHORT for what in ("tau", "wrong")),
 )
 NOTE = (
     "By the deficit at each M', and by the union bound. Tau: Kendall's tau-b with the crash "
-    "probability. Told apart: pairs of plans whose crash probabilities differ beyond doubt. Wrong: "
-    "such pairs of which the score prefers the riskier plan."
+    "probability. Pairs: pairs of plans whose crash probabilities differ significantly. Wrong: "
+    "pairs of which the score prefers the riskier plan."
 )
 EXAMPLE = (
     "game", "score", "it prefers", "to", "score\nfirst", "score\nsecond", "crash\nfirst",
@@ -42,57 +42,57 @@ EXAMPLE = (
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """How each score orders the plans for each game, and where it errs most clearly."""
-    found = games(rows)
-    yield Table("How each score orders plans", COLUMNS, [_line(game) for game in found], NOTE)
+    """Yield a table of the orders by each score, and one of the clearest errors."""
+    compared = games(rows)
+    yield Table("How each score orders plans", COLUMNS, [_line(game) for game in compared], NOTE)
     yield Table(
         "The clearest example of each game and score",
         EXAMPLE,
         [
             _example(game, score, best[1])
-            for game in found
+            for game in compared
             for score in range(len(SCORES))
             if (best := clearest([game], score)) is not None
         ],
-        "Plans by who planned them, and for which objective, cap and lam.",
+        "Plans are named by their player, objective, cap and lam.",
         texts=4,
     )
 
 
 def _line(game: GamePlans) -> tuple[str, ...]:
-    told = [game.name, str(len(game.plans)), str(len(game.pairs))]
+    entries = [game.name, str(len(game.plans)), str(len(game.pairs))]
     for score in range(len(SCORES)):
         tau = game.tau(score)
-        told += ["-" if np.isnan(tau) else f"{tau:.2f}", str(game.counts(score)["wrong"])]
-    return tuple(told)
+        entries += ["-" if np.isnan(tau) else f"{tau:.2f}", str(game.counts(score)["wrong"])]
+    return tuple(entries)
 
 
 def _example(game: GamePlans, score: int, pair: PlanPair) -> tuple[str, ...]:
-    one, other = pair.riskier, pair.safer
+    riskier, safer = pair.riskier, pair.safer
     return (
         game.name,
         SCORES[score],
-        plan_name(one),
-        plan_name(other),
-        f"{one['scores'][score]:.3g}",
-        f"{other['scores'][score]:.3g}",
-        chance(one),
-        chance(other),
+        plan_name(riskier),
+        plan_name(safer),
+        f"{riskier['scores'][score]:.3g}",
+        f"{safer['scores'][score]:.3g}",
+        chance(riskier),
+        chance(safer),
     )
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
-    found = games(rows)
-    pairs = sum(len(game.pairs) for game in found)
-    plans = sum(len(game.plans) for game in found)
+    """Yield sentences on the rows."""
+    compared = games(rows)
+    pairs = sum(len(game.pairs) for game in compared)
+    plans = sum(len(game.plans) for game in compared)
     yield (
-        f"{plans} plans that differ, in {len(found)} games; {pairs} pairs of plans for one game "
-        "differ in risk beyond doubt."
+        f"{plans} distinct plans in {len(compared)} games; {pairs} pairs of plans for one game "
+        "differ significantly in risk."
     )
     for k, score in enumerate(SCORES):
-        counts = {order: sum(game.counts(k)[order] for game in found) for order in ORDERS}
-        taus = [tau for game in found if not np.isnan(tau := game.tau(k))]
+        counts = {order: sum(game.counts(k)[order] for game in compared) for order in ORDERS}
+        taus = [tau for game in compared if not np.isnan(tau := game.tau(k))]
         if not pairs or not taus:
             continue
         yield (
@@ -101,15 +101,15 @@ def words(rows: Sequence[StudyRow]) -> Iterator[str]:
             f"{max(taus):.2f}, median {np.median(taus):.2f} of {len(taus)} games."
         )
     for k, score in enumerate(SCORES):
-        best = clearest(found, k)
+        best = clearest(compared, k)
         if best is not None:
             game, pair = best
-            good, bad = (one["scores"][k] for one in (pair.safer, pair.riskier))
+            good, bad = (plan["scores"][k] for plan in (pair.safer, pair.riskier))
             yield (
                 f"{score}, clearest example: in {game.name} it prefers {plan_name(pair.riskier)} "
                 f"({bad:.3g}, crash probability {chance(pair.riskier)}) to "
                 f"{plan_name(pair.safer)} ({good:.3g}, crash probability {chance(pair.safer)}), "
-                f"which crashes at least {pair.least:.3g} times less often."
+                f"which is at least {pair.least:.3g} times less likely to crash."
             )
     yield from missing(rows)
 

@@ -1,13 +1,13 @@
 r"""How tight are the bounds on the crash probability?
 
-Every cell is a plan: a scenario, a speed set, an objective, a gain, a lam, and who planned.  On it
-the certified bounds of :mod:`ppg_env.risk.union_bounds` meet simulation, for the event that anybody
-crashes:
+Every cell is a plan, given by a scenario, a speed set, an objective, a gain, a lam and a player.
+The certified bounds of :mod:`ppg_env.risk.union_bounds` on its crash probability are compared with
+simulation, for the event that any agent crashes:
 
     union >= faces >= instants >= tree >= Pr(crash),     counted = hits / episodes
 
-The order has to hold, and is checked: lower limits of the counts that all hold together with 95 %
-(Bonferroni) are at most the tightest bounds.
+This order is checked: the lower limits of the counts, which hold together with 95 % (Bonferroni),
+are at most the tightest bounds.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ PLAYERS = ("nash", "social")
 
 BOUNDS = ("union", "faces", "instants", "tree")
 NAMES = ("the paper's bound", "best faces", "exact instants", "less shared")
-"""From the paper's to the tightest, and what they are called."""
+"""Names of the bounds, from the paper's to the tightest."""
 
 TIME_LIMIT = 120.0
-"""Seconds for each plan; a row says by its status if that was not enough for a proof."""
+"""Seconds for each plan; the status in the row shows whether it is proved."""
 
 ENOUGH = 100
-"""Crashes that have to be seen before a bound is held against the count."""
+"""Least number of crashes for a bound to be compared with the count."""
 
 CONFIDENCE = 0.95
 
@@ -49,7 +49,7 @@ class BoundsCell:
     player: str
 
     def game(self) -> Game:
-        """The game that is planned for and played."""
+        """Return the game that is planned for and simulated."""
         return make_game(
             self.scenario,
             speed=self.speed,
@@ -60,7 +60,7 @@ class BoundsCell:
 
 
 def cells(choice: Choice) -> list[BoundsCell]:
-    """All cells, speed sets first."""
+    """Return all cells, by speed set first."""
     return [
         BoundsCell(scenario, speed, objective, gain, lam, player)
         for speed, scenario, objective, gain, lam, player in product(
@@ -83,12 +83,12 @@ def run_cell(cell: BoundsCell, episodes: int, seed: int) -> StudyRow:
     assert solution is not None
     if solution.profile is None:
         return row | {"reason": solution.advice}
-    found = risk_bounds(game, solution.profile)
+    bounds = risk_bounds(game, solution.profile)
     hits = crash_counts(game, solution.profile, episodes, seed).any
     counted = proportion(hits, episodes, CONFIDENCE)
     return row | {
         "status": str(solution.status),
-        "bounds": vars(found.any),
+        "bounds": vars(bounds.any),
         "hits": hits,
         "low": counted.low,
         "high": counted.high,

@@ -1,4 +1,4 @@
-"""The figure of :mod:`benchmarks.studies.tightness`: one file per speed set."""
+"""The figure of the study ``tightness``: bounds and counts of every plan."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ STYLES = {
     "union": (COLOURS[1], "o", "the paper's bound"),
     "faces": (COLOURS[4], "^", "best faces, margins not capped"),
     "instants": (COLOURS[2], "D", "sum of exact instants"),
-    "tree": (COLOURS[0], "|", "less what events share (tightest)"),
+    "tree": (COLOURS[0], "|", "minus the overlap of events (tightest)"),
 }
 LEFT = 1e-18
-"""Left end of the axis; smaller bounds stand there."""
+"""Left end of the axis; smaller bounds are drawn there."""
 
 
 def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
-    """Panels by scenario and objective, in each a line of markers for every plan."""
+    """Draw panels by scenario and objective, with a row of markers for every plan."""
     shown = [row for row in rows if "bounds" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
     most = max(sum(r["scenario"] == s and r["objective"] == OBJECTIVES[0] for r in shown)
@@ -42,7 +42,7 @@ def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
             _panel(axes, chosen)
             axes.set_title(f"{scenario}, objective {objective}", fontsize=9, loc="left")
     for axes in grid[-1]:
-        axes.set_xlabel("Pr(anybody crashes); at the left end: or less", fontsize=8)
+        axes.set_xlabel("Pr(any agent crashes); at the left end: or less", fontsize=8)
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(f"How tight the bounds are: speed set {speed}", fontsize=10)
@@ -56,19 +56,19 @@ def _panel(axes: Axes, rows: Sequence[StudyRow]) -> None:
         values = np.maximum([row["bounds"][name] for row in rows], LEFT)
         size = 11 if marker == "|" else 4
         axes.plot(values, places, marker, color=colour, markersize=size, label=label)
-    seen = np.array([row["hits"] > 0 for row in rows], dtype=bool)
+    counted = np.array([row["hits"] > 0 for row in rows], dtype=bool)
     value, low, high = (
         np.array([row["hits"] / row["episodes"] if key == "value" else row[key] for row in rows])
         for key in ("value", "low", "high")
     )
-    spread = np.array([value - low, high - value])[:, seen]
+    spread = np.array([value - low, high - value])[:, counted]
     axes.errorbar(
-        value[seen], places[seen], xerr=spread, fmt="x", color="black", markersize=5,
+        value[counted], places[counted], xerr=spread, fmt="x", color="black", markersize=5,
         linewidth=0.8, capsize=2, label="counted, 95 % interval",
     )  # fmt: skip
     axes.plot(
-        high[~seen],
-        places[~seen],
+        high[~counted],
+        places[~counted],
         "4",
         color="black",
         markersize=6,

@@ -32,14 +32,14 @@ COLUMNS = (
     "paper's /\nless shared",
 )
 NOTE = (
-    "Probability that anybody crashes: certified upper bounds, and the share of {episodes:,} "
+    "Probability that any agent crashes: certified upper bounds, and the share of {episodes:,} "
     "episodes. Paper's bound: margins capped; best faces: the same without the cap; exact "
-    "instants: sum of exact probabilities; less shared: less what pairs of events share."
+    "instants: sum of exact probabilities; less shared: minus the overlap of pairs of events."
 )
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """A table for each speed set."""
+    """Yield a table for each speed set."""
     for speed, chosen in by_speed(rows).items():
         most = max(row["episodes"] for row in chosen)
         lines = [_line(row) for row in chosen]
@@ -60,21 +60,21 @@ def _line(row: StudyRow) -> tuple[str, ...]:
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
-    """What the rows say, in sentences that the data write."""
+    """Yield sentences on the rows."""
     rows = [row for row in rows if "bounds" in row]
     broken = [row for row in rows if _lowest(row, len(rows)) > row["bounds"]["tree"]]
     yield (
         f"Order: the count's lower limit (95 % for all plans together) is at most the tightest "
         f"bound in {len(rows) - len(broken)} of {len(rows)} plans."
     )
-    seen = [row for row in rows if row["hits"] >= ENOUGH]
+    counted = [row for row in rows if row["hits"] >= ENOUGH]
     for name, what in zip(BOUNDS, NAMES, strict=True):
-        ratios = [row["bounds"][name] * row["episodes"] / row["hits"] for row in seen]
+        ratios = [row["bounds"][name] * row["episodes"] / row["hits"] for row in counted]
         if ratios:
             yield (
                 f"{what[0].upper()}{what[1:]}: {np.median(ratios):.3g} times the count in the "
-                f"median plan of {len(seen)} with {ENOUGH} crashes or more, {min(ratios):.3g} to "
-                f"{max(ratios):.3g}."
+                f"median plan of {len(counted)} with {ENOUGH} crashes or more, {min(ratios):.3g} "
+                f"to {max(ratios):.3g}."
             )
     gaps = {row["scenario"]: 0.0 for row in rows}
     for row in rows:
@@ -85,7 +85,7 @@ def words(rows: Sequence[StudyRow]) -> Iterator[str]:
 
 
 def _lowest(row: StudyRow, plans: int) -> float:
-    """Lower limit of a count; those of so many ``plans`` hold together."""
+    """Return the lower limit of a count; the limits of all ``plans`` hold together."""
     from ppg_env.support.statistics import proportion
 
     return proportion(row["hits"], row["episodes"], 1 - (1 - CONFIDENCE) / plans).low
@@ -96,8 +96,8 @@ def _ratio(value: float) -> str:
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
-    """A figure for each speed set."""
-    return {speed: draw_speed(mine, speed) for speed, mine in by_speed(rows).items()}
+    """Draw a figure for each speed set."""
+    return {speed: draw_speed(chosen, speed) for speed, chosen in by_speed(rows).items()}
 
 
 STUDY = Study("tightness", QUESTION, CHOICE, cells, tables, words, draw, run=run_cell)

@@ -60,8 +60,8 @@ def test_basins_are_shares_of_all_runs_or_of_those_with_one_start():
     assert [one["social_cost"] for one in left.distinct] == [10.0, 10.5]
     assert [one["social_cost"] for one in game.equilibria] == [10.0, 10.5, 11.0]
     said = " ".join(study.words(rows))
-    assert "3 distinct in cost or kind, of 2 kinds" in said
-    assert "the dearest is 10.00% above the cheapest" in said
+    assert "3 equilibria of 2 kinds, distinct in cost or kind" in said
+    assert "the costliest is 10.00% above the cheapest" in said
     assert "crash probabilities from 1.0e-1 to 9.0e-1, at least 7.4 times as likely" in said
-    assert "commonest kind is left, from 50% of the runs; 38% end at the least cost" in said
+    assert "most frequent kind is left, from 50% of the runs; 38% end at the least cost" in said
     assert "did not end at a certified equilibrium: 1 of 8" in said

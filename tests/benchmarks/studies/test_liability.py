@@ -79,7 +79,9 @@ def test_a_rule_restores_the_optimum_in_both_orders_and_can_in_one():
     assert "selfish 0 (0)" in said
     assert "partial:0.5 0 (1)" in said
     assert "pigou 1 (1)" in said
-    assert "1 games; the smallest share that can restore it is partial:0.5 in 1" in said
+    assert (
+        "pigou can restore: 1; the smallest share that can restore it is partial:0.5 in 1" in said
+    )
 
 
 def test_the_cheapest_equilibrium_stands_in_for_an_optimum_that_is_not_known():

@@ -1,4 +1,4 @@
-"""How scores order plans against crashes: tau, and pairs told apart."""
+"""How scores order plans against crashes: tau, and pairs that differ significantly."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_the_clearest_example_is_the_wrong_pair_furthest_apart():
     assert pair.least == pytest.approx(100)
     said = " ".join(study.words(rows))
     assert "of these pairs 3 right, 0 tied, 3 wrong (50.0%)" in said
-    assert "at least 100 times less often" in said
+    assert "at least 100 times less likely to crash" in said
     in_order = games([plan(1.0, 0.1), plan(2.0, 0.2)])
     assert clearest(in_order, 0) is None
 

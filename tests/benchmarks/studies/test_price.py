@@ -100,8 +100,11 @@ def test_words_count_what_the_prices_say():
     some = [one(high, low), one(high, low, cost=1.2), one(low, high), one(wide, low)]
     said = prices.verdict(some, "nash")
     assert "cost ratio 1.000 to 1.200, within 5% of one in 3 of 4 games" in said
-    assert "beyond doubt in 2, safer in 1, not told apart in 1" in said
-    assert said.endswith("as the paper has it, in 1.")
+    assert (
+        "significantly riskier than the optimum in 2, safer in 1, no significant difference in 1"
+        in said
+    )
+    assert said.endswith("as the paper claims, in 1.")
     assert prices.riskiest(some) is some[0]
     assert prices.summary({"nash": some}) == (
         "1.000 to 1.200", "2 / 1", "10", "-", "-", "-"

@@ -49,9 +49,9 @@ def test_planners_are_told_up_to_the_largest_game_that_they_were_done_with():
     assert eight[3:] == ("1e-07", "-", "-", "-", "1.0e-1", "-", "-")
     assert "abacus" in table.note
     said = " ".join(study.words(rows))
-    assert "nash was done within 30 s up to N = 6, where it took 20 s" in said
-    assert "social was done within 30 s up to N = 2, where it took 0.5 s" in said
+    assert "nash finished within 30 s up to N = 6, where it took 20 s" in said
+    assert "social finished within 30 s up to N = 2, where it took 0.5 s" in said
     assert "2 of 3 runs of the dynamics ended at a certified equilibrium" in said
     assert "the optimum is proved up to N = 2" in said
-    assert "beyond doubt in 1 of 2 games, safer in 0; cost ratios are 0.800 to 1.250" in said
+    assert "best known plans, in 1 of 2 games, safer in 0; cost ratios are 0.800 to 1.250" in said
     assert "1 plans are missing" in said
