@@ -38,18 +38,9 @@ def face_margin(clearance: float, unit: float) -> float:
 
 @njit(inline="always")
 def best_face(
-    axes: tuple[int, ...],
-    state: np.ndarray,
-    c: int,
-    i: int,
-    j: int,
-    normals: np.ndarray,
-    offsets: np.ndarray,
-    first: int,
-    last: int,
-    units: np.ndarray,
-    row: int,
-) -> float:
+    axes: tuple[int, ...], state: np.ndarray, c: int, i: int, j: int, normals: np.ndarray,
+    offsets: np.ndarray, first: int, last: int, units: np.ndarray, row: int,
+) -> float:  # fmt: skip
     """Return the margin of a displacement, without cap, in ``units`` (times, faces) at ``row``."""
     best = -np.inf
     for f in range(first, last):
@@ -62,16 +53,9 @@ def best_face(
 
 @njit(inline="always")
 def inside(
-    axes: tuple[int, ...],
-    state: np.ndarray,
-    c: int,
-    i: int,
-    j: int,
-    normals: np.ndarray,
-    depths: np.ndarray,
-    first: int,
-    last: int,
-) -> bool:
+    axes: tuple[int, ...], state: np.ndarray, c: int, i: int, j: int, normals: np.ndarray,
+    depths: np.ndarray, first: int, last: int,
+) -> bool:  # fmt: skip
     """Return whether a displacement lies in the collision set by more than a touch."""
     contained = True
     for f in range(first, last):

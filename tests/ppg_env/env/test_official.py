@@ -184,7 +184,7 @@ def test_wrong_actions_are_answered_by_name(action: dict[str, Any], words: str) 
     before = env.state()
     with pytest.raises(InputError, match=words):
         env.step({"agent_0": [0.0, 0.0], "agent_1": [0.0, 0.0]} | action)
-    assert np.array_equal(env.state(), before), "a refused step must not move anybody"
+    assert np.array_equal(env.state(), before), "a refused step must not move any agent"
 
 
 def test_a_missing_action_is_answered_by_name() -> None:

@@ -29,7 +29,7 @@ def test_a_plan_without_noise_returns_exactly_minus_its_shifted_cost(
     schedule = tuple(plan.arrival for plan in solution.profile)
     env = PathPlanningEnv(game, arrival="schedule", schedule=schedule, reward="margin")
     env.reset(seed=0)
-    env.simulator.tables.root[:] = 0.0  # no noise, but the covariances that the plan reckoned with
+    env.simulator.tables.root[:] = 0.0  # no noise, but the covariances that the plan was made for
     returns = dict.fromkeys(env.agents, 0.0)
     while env.agents:
         t = int(env.simulator.clock[0])

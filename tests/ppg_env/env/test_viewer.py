@@ -30,7 +30,7 @@ QUIET = 1e-9
 
 
 def play(env: PathPlanningEnv, steps: int = 1000) -> list[np.ndarray]:
-    """Pictures of the next ``steps`` steps in which everybody heads for its goal."""
+    """Pictures of the next ``steps`` steps in which all agents head for their goals."""
     pictures = []
     while env.agents and len(pictures) < steps:
         env.step({name: towards_goal(env, name) for name in env.agents})
@@ -308,7 +308,7 @@ def test_the_user_may_close_one_window_and_keep_the_other(pygame: Any) -> None:
         env.reset(seed=0)
     closed, kept = (env._viewer._window for env in envs)
     pygame.event.post(pygame.event.Event(pygame.WINDOWCLOSE, window=closed._window))
-    assert kept.is_open()  # whoever reads the event
+    assert kept.is_open()  # in either order of reading the events
     assert not closed.is_open()
     for env in envs:
         play(env)

@@ -82,10 +82,10 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
 @given(plays(scale="exact"), st.booleans(), st.integers(0, 100))
 def test_random_plays_agree_with_counting(play: Play, swept: bool, seed: int) -> None:
     found = rare_risk(play.game, play.profile, 4000, seed, swept=swept)
-    each, anybody = crash_counts(play.game, play.profile, 4000, seed, swept=swept).estimates(
+    each, any_agent = crash_counts(play.game, play.profile, 4000, seed, swept=swept).estimates(
         1 - 1e-7
     )
-    for rare, plain in zip([*found.agents, found.any], [*each, anybody], strict=True):
+    for rare, plain in zip([*found.agents, found.any], [*each, any_agent], strict=True):
         slack = 6 * rare.standard_error if rare.trusted else rare.high
         assert plain.low <= rare.value + slack
         assert rare.value - slack <= plain.high

@@ -96,10 +96,10 @@ def test_no_samples_and_negative_seeds_are_refused(samples: int, seed: int) -> N
 def test_a_pair_of_boxes_at_a_single_time_has_a_closed_form() -> None:
     game, profile, exact = boxes(3.0, 0.0)
     assert [plan.arrival for plan in profile] == [2, 2]
-    each, anybody = crash_counts(game, profile, 200_000, seed=1).estimates(SURE)
-    for estimate in (*each, anybody):
+    each, any_agent = crash_counts(game, profile, 200_000, seed=1).estimates(SURE)
+    for estimate in (*each, any_agent):
         assert estimate.low < exact < estimate.high
-    assert anybody.high - anybody.low < 0.02
+    assert any_agent.high - any_agent.low < 0.02
 
 
 def test_an_agent_before_a_long_wall_has_the_probability_of_a_half_plane() -> None:
@@ -108,9 +108,9 @@ def test_an_agent_before_a_long_wall_has_the_probability_of_a_half_plane() -> No
     agent = Agent([0, 0], [4, 0], Polytope.box([2, 2]), Polytope.box([4, 4]), noise=noise)
     game = Game((agent,), (wall,), horizon=2, margin_cap=26.0)  # no g(cap) at time 0
     exact = norm.sf(2 / np.sqrt(2.0))  # the body's edge is 2 away, in traffic at 0 and 1
-    (estimate,), anybody = crash_counts(game, straight(game), 200_000, seed=2).estimates(SURE)
+    (estimate,), any_agent = crash_counts(game, straight(game), 200_000, seed=2).estimates(SURE)
     assert estimate.low < exact < estimate.high
-    assert estimate == anybody
+    assert estimate == any_agent
     assert evaluate(game, straight(game)).risk_bound[0] == pytest.approx(exact, rel=1e-9)
 
 
@@ -171,8 +171,8 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
 
 def test_no_crash_seen_still_has_a_positive_upper_limit() -> None:
     game = make_game("parallel")
-    each, anybody = crash_counts(game, straight(game), 1000).estimates()
-    for estimate in (*each, anybody):
+    each, any_agent = crash_counts(game, straight(game), 1000).estimates()
+    for estimate in (*each, any_agent):
         assert (estimate.hits, estimate.value, estimate.low) == (0, 0.0, 0.0)
         assert 0 < estimate.high < 0.004
 
@@ -223,11 +223,11 @@ def test_the_bound_holds_for_straight_plans_that_do_not_overlap(
     judged = evaluate(game, profile)
     assert judged.feasible
     counts = crash_counts(game, profile, 16 * BLOCK, seed=6)
-    each, anybody = counts.estimates()
+    each, any_agent = counts.estimates()
     assert counts.any > 0 or noise < 8 or name == "parallel", "the bound was not put to the test"
     for estimate, bound in zip(each, judged.risk_bound, strict=True):
         assert estimate.low <= bound
-    assert anybody.low <= judged.risk_bound_any
+    assert any_agent.low <= judged.risk_bound_any
 
 
 @given(plays(scale="exact"), st.integers(0, 100))
@@ -250,11 +250,11 @@ def test_named_case_the_papers_missing_sqrt_2_breaks_its_bound() -> None:
     judged = evaluate(paper, profile)
     assert judged.feasible
     counts = crash_counts(paper, profile, 20_000, seed=1)
-    each, anybody = counts.estimates()
-    assert anybody.low > judged.risk_sum_any
-    assert anybody.low > 5 * judged.risk_sum_any
+    each, any_agent = counts.estimates()
+    assert any_agent.low > judged.risk_sum_any
+    assert any_agent.low > 5 * judged.risk_sum_any
     assert (np.array([estimate.low for estimate in each]) > judged.risk_sum).all()
-    assert anybody.high < evaluate(close_pair(), profile).risk_bound_any
+    assert any_agent.high < evaluate(close_pair(), profile).risk_bound_any
 
 
 @given(plays(scale="exact"), st.integers(0, 100), st.booleans())

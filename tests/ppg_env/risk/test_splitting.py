@@ -169,7 +169,7 @@ def test_levels_fall_towards_a_crash() -> None:
 def test_the_score_is_the_smallest_margin_of_who_might_collide(
     play: Play, on_goal: str, seed: int
 ) -> None:
-    """Against margins computed anew in NumPy, one encounter and copy at a time."""
+    """Against margins recomputed in NumPy, one encounter and copy at a time."""
     game, stay = play.game, on_goal == "stay"
     simulator = Simulator(game, Rules(on_goal=on_goal), 8, seed)
     simulator.reset()

@@ -116,8 +116,8 @@ def test_a_plan_compared_with_itself_differs_in_no_episode() -> None:
     assert counts.first.any > 10
     assert not counts.only_first.any()
     assert not counts.only_second.any()
-    each, anybody = counts.differences()
-    for found in (*each, anybody):
+    each, any_agent = counts.differences()
+    for found in (*each, any_agent):
         assert found.low < 0 == found.value < found.high < 1e-4
 
 

@@ -33,8 +33,8 @@ def assert_ordered(bounds: Bounds) -> None:
 def assert_counted(game: Game, profile: Profile, samples: int, seed: int) -> None:
     """Order of all bounds, with simulation between the last two."""
     found = risk_bounds(game, profile)
-    each, anybody = crash_counts(game, profile, samples, seed).estimates(1 - 1e-6)
-    for bounds, counted in zip((*found.agents, found.any), (*each, anybody), strict=True):
+    each, any_agent = crash_counts(game, profile, samples, seed).estimates(1 - 1e-6)
+    for bounds, counted in zip((*found.agents, found.any), (*each, any_agent), strict=True):
         assert_ordered(bounds)
         assert counted.low <= bounds.tree
         assert bounds.least <= counted.high
