@@ -1,9 +1,9 @@
 """Directives whose content comes from the program itself.
 
-``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each verb of
-``ppg`` with its arguments and options.  ``{study} NAME PART`` is what the stored results of a study
-say, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is the
-table of the paper's claims with the verdicts in FILE, and how it was made.
+``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each command of
+``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
+study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
+the table of the paper's claims with the verdicts in FILE, and their definitions.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ class Scenarios(SphinxDirective):
 
 
 class Commands(SphinxDirective):
-    """Every verb of ``ppg``: what it does, its arguments and its options."""
+    """Every command of ``ppg``: its description, arguments and options."""
 
     def run(self) -> list[nodes.Node]:
-        """Build one section per verb."""
+        """Build one section per command."""
         from benchmarks.cli import app
 
-        verbs = [_verb(verb.name, verb.callback) for verb in app.registered_commands]
-        return self.parse_text_to_nodes("\n\n".join(verbs), allow_section_headings=True)
+        sections = [_section(verb.name, verb.callback) for verb in app.registered_commands]
+        return self.parse_text_to_nodes("\n\n".join(sections), allow_section_headings=True)
 
 
 class StudyResults(SphinxDirective):
-    """What the stored results of a study say; nothing is run, and no number is typed."""
+    """A part of the stored results of a study; nothing is run."""
 
     required_arguments = 2
 
     def run(self) -> list[nodes.Node]:
-        """Build the part that is asked for."""
+        """Build the requested part."""
         from benchmarks.studies.markdown import study_markdown
 
         name, part = self.arguments
@@ -57,7 +57,7 @@ class StudyResults(SphinxDirective):
 
 
 class Claims(SphinxDirective):
-    """The paper's claims and their verdicts, as ``ppg reproduce --json`` has written them."""
+    """The paper's claims and their verdicts, from the output of ``ppg reproduce --json``."""
 
     required_arguments = 1
 
@@ -70,7 +70,7 @@ class Claims(SphinxDirective):
         return self.parse_text_to_nodes(claims_markdown(path))
 
 
-def _verb(name: str | None, command: Callable[..., None] | None) -> str:
+def _section(name: str | None, command: Callable[..., None] | None) -> str:
     from benchmarks.studies.markdown import markdown_table
 
     assert name is not None
@@ -81,7 +81,7 @@ def _verb(name: str | None, command: Callable[..., None] | None) -> str:
 
 
 def _row(parameter: inspect.Parameter) -> tuple[str, str, str]:
-    """How a parameter is written, its help, and its default; by its ``Annotated`` type."""
+    """Return a parameter's form, help and default, from its ``Annotated`` type."""
     from typer.models import ArgumentInfo
 
     kind, info = (get_args(parameter.annotation) or (parameter.annotation, None))[:2]

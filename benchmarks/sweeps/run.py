@@ -73,8 +73,9 @@ def sweep(
             for row in results:
                 base.put(row)
                 on_progress(1)
-        rows = {cell.address: base.get(cell.address) for cell in own}
-    return [row for row in map(rows.get, (cell.address for cell in own)) if row is not None]
+        stored = {cell.address: base.get(cell.address) for cell in own}
+    rows = (stored[cell.address] for cell in own)
+    return [row for row in rows if row is not None]
 
 
 def _run(cells: Sequence[Cell], jobs: int, backend: str) -> Generator[Row, None, None]:

@@ -1,4 +1,4 @@
-"""``ppg study``: rows are stored, gone on from, and told in a table, figures and words."""
+"""``ppg study``: rows are stored, and presented in tables, figures and sentences."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_files_of_something_else_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["magic"], "learned or tightness or price"),
         (["tightness", "--speeds", "warp"], "disc"),
@@ -147,10 +147,10 @@ def test_files_of_something_else_are_refused(tmp_path):
     ],
     ids=" ".join,
 )
-def test_mistakes_are_told_in_one_line(ppg, tmp_path, monkeypatch, words, told):
+def test_mistakes_are_reported_in_one_line(ppg, tmp_path, monkeypatch, words, message):
     monkeypatch.chdir(tmp_path)
     done = ppg("study", *words, code=2)
-    assert told in done.err
+    assert message in done.err
     assert "Traceback" not in done.err
 
 

@@ -13,6 +13,7 @@ from benchmarks.studies.liability.data import RESTORED, RULES, GameUnderRules, w
 from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vPXh"
@@ -29,21 +30,7 @@ def draw_games(
         gap, risk = grid[0][column], grid[1][column]
         gap.set_title(f"agents {kind}, λ {'≈' if kind == 'unlike' else '='} {lam:g}", fontsize=9)
         for k, game in enumerate(games):
-            style = {
-                "color": COLOURS[k % len(COLOURS)],
-                "marker": MARKERS[k % len(MARKERS)],
-                "linestyle": ("-", "--")[game.agents > 3],
-                "markersize": 4,
-                "linewidth": 1.1,
-            }
-            places = np.arange(len(RULES)) + (k - (len(games) - 1) / 2) * 0.08
-            gaps = 100 * np.array([game.gaps(rule) for rule in RULES])
-            gap.vlines(places, *gaps.T, color=style["color"], linewidth=1.1)
-            label = f"{game.scenario}, N = {game.agents}"
-            gap.plot(places, gaps[:, 1], label=label, **style)
-            prices = [worst(game, rule) for rule in RULES]
-            ratios = [np.nan if price is None else price.risk for price in prices]
-            risk.plot(places, ratios, **style)
+            _draw_game(gap, risk, game, k, (k - (len(games) - 1) / 2) * 0.08)
         gap.axhline(100 * RESTORED, color="0.5", linewidth=0.8, zorder=0)
         gap.set_yscale("symlog", linthresh=100 * RESTORED)
         risk.axhline(1.0, color="0.5", linewidth=0.8, zorder=0)
@@ -52,8 +39,8 @@ def draw_games(
         for axes in (gap, risk):
             axes.tick_params(axis="y", labelsize=7)
             axes.grid(axis="y", alpha=0.3)
-    gaps = [game.gaps(rule)[1] for _, games in societies for game in games for rule in RULES]
-    settled = [100 * gap for gap in gaps if gap < inf]
+    largest = [game.gaps(rule)[1] for _, games in societies for game in games for rule in RULES]
+    settled = [100 * gap for gap in largest if gap < inf]
     grid[0][0].set_ylim(-0.02, 2 * max(settled, default=1.0) + 1)
     grid[0][0].set_ylabel("cost gap (%)", fontsize=8)
     grid[1][0].set_ylabel("risk ratio", fontsize=8)
@@ -65,3 +52,21 @@ def draw_games(
         fontsize=9,
     )
     return figure
+
+
+def _draw_game(gap: Axes, risk: Axes, game: GameUnderRules, k: int, shift: float) -> None:
+    """Draw cost gaps and risk ratios of the ``k``-th game, shifted from the ticks of the rules."""
+    style: dict[str, Any] = {
+        "color": COLOURS[k % len(COLOURS)],
+        "marker": MARKERS[k % len(MARKERS)],
+        "linestyle": ("-", "--")[game.agents > 3],
+        "markersize": 4,
+        "linewidth": 1.1,
+    }
+    places = np.arange(len(RULES)) + shift
+    gaps = 100 * np.array([game.gaps(rule) for rule in RULES])
+    gap.vlines(places, *gaps.T, color=style["color"], linewidth=1.1)
+    gap.plot(places, gaps[:, 1], label=f"{game.scenario}, N = {game.agents}", **style)
+    prices = [worst(game, rule) for rule in RULES]
+    ratios = [np.nan if price is None else price.risk for price in prices]
+    risk.plot(places, ratios, **style)

@@ -123,7 +123,8 @@ def _named(price: Price) -> str:
 def _by_axis(compared: Sequence[Price]) -> Iterator[str]:
     """Yield the numbers of riskier and safer games, for every value of every axis."""
     for axis in AXES:
-        some = grouped(compared, lambda price, axis=axis: price.selfish[axis])
+        values = dict.fromkeys(price.selfish[axis] for price in compared)
+        some = {value: [p for p in compared if p.selfish[axis] == value] for value in values}
         counts = (f"{value} {sides(own)} of {len(own)}" for value, own in some.items())
         yield f"by {axis} {', '.join(counts)}"
 

@@ -168,7 +168,7 @@ def test_bodies_are_where_the_rows_have_them(page, found, store):
                     )
                     assert left == [end is not None and end <= time for end in row.arrival]
                 moved |= bool(np.abs(bodies(page, "selfish") - bodies(page, "social")).max() > 1)
-    assert moved, "plans were told apart nowhere"
+    assert moved, "no two plans differ"
 
 
 def test_it_opens_where_the_equilibrium_loses_most_safety(page, found):

@@ -68,7 +68,7 @@ def test_the_equilibrium_of_the_potential_costs_no_less_than_the_optimum(whole):
 
 
 @given(limits, limits)
-def test_beyond_doubt_is_when_limits_that_matter_are_disjoint(selfish, social):
+def test_risks_differ_significantly_when_limits_that_matter_are_disjoint(selfish, social):
     known = one(selfish, social)
     assert known.riskier == (selfish[0] > max(social[2], NEGLIGIBLE))
     assert known.safer == (social[0] > max(selfish[2], NEGLIGIBLE))
@@ -113,13 +113,13 @@ def test_words_count_what_the_prices_say():
 
 def test_the_study_has_a_line_for_every_family_and_every_difference(whole):
     rows = [prices.digest(row, data.AXES) for row in whole(study.STUDY)]
-    families, doubtless = study.tables(rows)
+    families, different = study.tables(rows)
     assert len(families.lines) == len(data.OBJECTIVES) * len(data.GAINS)
-    told = [
+    significant = [
         known
         for name in prices.EQUILIBRIA
         for known in prices.prices(rows, name, data.AXES)
         if known.riskier or known.safer
     ]
-    assert len(doubtless.lines) == len(told) > 0
-    assert np.all([len(line) == len(doubtless.columns) for line in doubtless.lines])
+    assert len(different.lines) == len(significant) > 0
+    assert np.all([len(line) == len(different.columns) for line in different.lines])

@@ -58,8 +58,8 @@ def test_a_cell_without_a_result_has_its_reason_and_is_run_again(tmp_path):
         (row,) = digested(results, "test", [hopeless], digest, tmp_path / "rows.db")
         assert "horizon" in row["reason"]
         assert row["player"] == "straight"
-    mended = [{"address": hopeless.address, "reason": "the process that ran it died"}]
-    write_rows(results, "test", mended)
+    fixed = [{"address": hopeless.address, "reason": "the process that ran it died"}]
+    write_rows(results, "test", fixed)
     (row,) = digested(results, "test", [hopeless], digest, tmp_path / "rows.db")
     assert "horizon" in row["reason"]
 

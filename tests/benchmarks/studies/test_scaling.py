@@ -1,4 +1,4 @@
-"""Scaling: what grows, what is told of it, and that missing optima leave holes, not numbers."""
+"""Scaling: sizes, tables and sentences; missing optima leave holes, not numbers."""
 
 from __future__ import annotations
 

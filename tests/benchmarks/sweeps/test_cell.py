@@ -51,7 +51,7 @@ def test_what_changes_the_result_changes_the_address(change):
         {"fields": {"speed": "l1", "horizon": 15, "lam": 0.5}},  # the defaults
         {"fields": {"lam": [0.5, 0.5], "speed": "l1", "crash_cost": 100}},
         {"fields": {"control": {"l1": 10}}},
-        {"node_limit": 100},  # nash does not heed it
+        {"node_limit": 100},  # no effect for nash
     ],
     ids=str,
 )
@@ -113,9 +113,9 @@ def test_a_copy_in_another_process_looks_for_itself(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
-        ({"player": "nobody"}, "use names of"),
+        ({"player": "stranger"}, "use names of"),
         ({"player": "nash,social"}, "name one"),
         ({"player": "ppo-social", "arena": "schedule"}, "needs the environment"),
         ({"episodes": 0}, "episodes"),
@@ -124,8 +124,8 @@ def test_a_copy_in_another_process_looks_for_itself(tmp_path: Path):
     ],
     ids=str,
 )
-def test_mistakes_are_told_at_once(words, told):
-    with pytest.raises(InputError, match=told):
+def test_mistakes_are_reported_at_once(words, message):
+    with pytest.raises(InputError, match=message):
         replace(CELL, **words)
 
 

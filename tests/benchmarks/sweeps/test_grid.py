@@ -120,7 +120,7 @@ def test_what_is_no_whole_number(text):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("[set]", "[put]", "put: is not a key of the file"),
         ("seeds", "sods", "sods: is not a key of"),
@@ -135,9 +135,9 @@ def test_what_is_no_whole_number(text):
         ("[set]", "[set", "not valid TOML"),
     ],
 )
-def test_mistakes_in_a_file_name_the_place(file, old, new, told):
+def test_mistakes_in_a_file_name_the_place(file, old, new, message):
     file.write_text(FILE.replace(old, new))
     with pytest.raises(InputError) as error:
         read_grid(file)
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert str(file) in str(error.value)

@@ -49,7 +49,7 @@ def test_a_sweep_that_is_killed_again_and_again_ends_as_if_undisturbed(tmp_path:
                 counts.append(len(kept.addresses()))
     assert counts == sorted(counts)  # nothing that was stored is ever lost
     assert 0 < counts[-1] < CELLS
-    told: list[int] = []
-    rows = sweep(cells, store, progress=told.append)
-    assert told == [counts[-1]] + [1] * (CELLS - counts[-1])
+    progress: list[int] = []
+    rows = sweep(cells, store, progress=progress.append)
+    assert progress == [counts[-1]] + [1] * (CELLS - counts[-1])
     assert timeless(rows) == timeless(sweep(cells, tmp_path / "undisturbed.db"))

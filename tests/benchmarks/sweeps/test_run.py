@@ -1,4 +1,4 @@
-"""Sweeps: rows in the order of cells, once each, whoever runs them."""
+"""Sweeps: rows in the order of cells, once each, on every backend."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def test_a_row_says_what_compare_says(store):
     (row,) = sweep([Cell("head_on", "social", fields, episodes=3000, seed=4)], store)
     game = make_game("head_on", **fields)
     rows = compare(game, ["social"], 3000, PlannerOptions(seed=4))
-    (told,) = comparison_report(game, rows, "schedule", 3000, 4)["rows"]
-    assert row.arrival == told["arrival"]
-    assert row.shifted_cost == list(told["shifted_cost"])
-    assert row.social_cost == told["social_cost"]
-    estimate = told["crash_probability"]
+    (reported,) = comparison_report(game, rows, "schedule", 3000, 4)["rows"]
+    assert row.arrival == reported["arrival"]
+    assert row.shifted_cost == list(reported["shifted_cost"])
+    assert row.social_cost == reported["social_cost"]
+    estimate = reported["crash_probability"]
     assert (row.crash_probability, row.crash_probability_high) == (
         estimate["value"],
         estimate["high"],
     )
-    assert row.expected_cost == told["expected_cost"]["value"]
+    assert row.expected_cost == reported["expected_cost"]["value"]
     assert row.value == row.social_cost >= row.bound
     assert (row.scenario, row.lam, row.lams, row.speed, row.gain) == (
         "head_on", 0.8, [0.8, 0.8], "l1", 0.5,
@@ -89,10 +89,10 @@ def test_groups_give_planners_the_noise_of_learners(store):
 
 
 def test_stored_cells_are_not_run_again(store, monkeypatch):
-    cells, told = quick(4), []
+    cells, counts = quick(4), []
     first = sweep(cells[:2], store)
-    again = sweep(cells, store, progress=told.append)
-    assert told == [2, 1, 1]
+    again = sweep(cells, store, progress=counts.append)
+    assert counts == [2, 1, 1]
     assert again[:2] == first
     monkeypatch.setattr(run, "play", lambda _: pytest.fail("all rows are stored"))
     assert sweep(cells[::-1], store) == again[::-1]
@@ -132,13 +132,13 @@ def test_a_failing_cell_is_a_row_with_its_reason(store):
     rows = sweep([*bad, good], store)
     assert [row.failed for row in rows] == [True, True, True, False]
     assert [row.status for row in rows[:3]] == ["unreachable", "failed", "failed"]
-    for row, told in zip(rows, ["set the horizon to 9", "permutation", "NONESUCH"], strict=False):
-        assert told in row.reason
+    for row, advice in zip(rows, ["set the horizon to 9", "permutation", "NONESUCH"], strict=False):
+        assert advice in row.reason
         assert row.crash_probability is None
     assert sweep([*bad, good], store) == rows  # failures are results too ...
-    told = []
-    sweep([*bad, good], store, retry=True, progress=told.append)  # ... unless asked for anew
-    assert told == [1, 1, 1, 1]
+    counts = []
+    sweep([*bad, good], store, retry=True, progress=counts.append)  # ... unless requested
+    assert counts == [1, 1, 1, 1]
 
 
 def test_nothing_runs_if_a_cell_describes_no_game(store):
@@ -176,9 +176,9 @@ def test_a_full_disk_ends_the_sweep_and_the_next_goes_on(store, monkeypatch):
     with Store(store) as base:
         kept = base.rows()
     assert 0 < len(kept) < len(cells)
-    told: list[int] = []
-    rows = sweep(cells, store, progress=told.append)
-    assert told[0] == len(kept)
+    counts: list[int] = []
+    rows = sweep(cells, store, progress=counts.append)
+    assert counts[0] == len(kept)
     assert len(rows) == len(cells)
     assert timeless(row for row in rows if row in kept) == timeless(kept)
 
@@ -194,7 +194,7 @@ def test_rows_do_not_depend_on_jobs(store, tmp_path):
 
 
 def deadly(number: int) -> int:
-    """As out of memory or a faulty back end: nobody gets to say a word."""
+    """As out of memory or a faulty back end: the process cannot report it."""
     if number == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     return number**2
@@ -219,7 +219,7 @@ def test_clusters_give_the_same_rows(backend, store, tmp_path):
     )
 
 
-def test_unknown_backends_are_told(store):
+def test_unknown_backends_are_refused(store):
     with pytest.raises(InputError, match="loky or dask or ray"):
         sweep(quick(1), store, backend="slurm")
 
@@ -256,7 +256,7 @@ for _, pid in each_done(whoami, [0] * 10_000, 2):
 
 @pytest.mark.slow
 def test_workers_go_with_their_sweep():
-    """A sweep that is killed cannot tell them; they would wait for work for minutes."""
+    """A killed sweep cannot stop them; they would wait for work for minutes."""
     psutil = pytest.importorskip("psutil")
     command = [sys.executable, "-c", ENDLESS]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as sweeper:

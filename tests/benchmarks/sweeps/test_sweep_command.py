@@ -66,7 +66,7 @@ def test_shards_are_merged_and_exported(ppg):
     assert set(found) == {row["address"] for row in whole["rows"]}
 
 
-def test_failing_cells_are_told_and_end_with_a_code(ppg):
+def test_failing_cells_are_reported_and_end_with_a_code(ppg):
     words = ["sweep", "head_on", "--set", "horizon=3,15", "--players", "straight"]
     done = ppg(*words, "--episodes", "10", code=3)
     assert "1 of 2 cells have no result" in done.err
@@ -77,21 +77,21 @@ def test_failing_cells_are_told_and_end_with_a_code(ppg):
     assert ppg(*words, "--episodes", "10", "--retry", "--json", code=3).json["ran"] == 1
 
 
-def test_a_locked_store_is_told(ppg, monkeypatch):
+def test_a_locked_store_is_reported(ppg, monkeypatch):
     monkeypatch.setattr("benchmarks.sweeps.store.PATIENCE", 0.05)
     with Store("rows.db"):
         pass
     other = sqlite3.connect("rows.db", isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
-    told = ppg(*WORDS, "--store", "rows.db", code=2).err
+    message = ppg(*WORDS, "--store", "rows.db", code=2).err
     other.close()
-    assert "rows.db: is locked by another program" in told
-    assert "all rows stored so far are kept" in told
-    assert "Traceback" not in told
+    assert "rows.db: is locked by another program" in message
+    assert "all rows stored so far are kept" in message
+    assert "Traceback" not in message
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         ([], "name games"),
         (["nowhere"], "not a scenario"),
@@ -99,7 +99,7 @@ def test_a_locked_store_is_told(ppg, monkeypatch):
         (["head_on", "--set", "lam=1.5"], "0 <= lam < 1"),
         (["head_on", "--set", "lambda=0.5"], "not a field"),
         (["head_on", "--set", "lam=0.5", "--lam", "0.5"], "gives lam again"),
-        (["head_on", "--players", "nobody"], "use names of"),
+        (["head_on", "--players", "stranger"], "use names of"),
         (["head_on", "--seeds", "x"], "0:5"),
         (["head_on", "--shard", "3/2"], "i/n"),
         (["head_on", "--shard", "3"], "i/n"),
@@ -111,8 +111,8 @@ def test_a_locked_store_is_told(ppg, monkeypatch):
     ],
     ids=" ".join,
 )
-def test_mistakes_are_told_in_one_line(ppg, words, told):
+def test_mistakes_are_reported_in_one_line(ppg, words, message):
     done = ppg("sweep", *words, code=2)
-    assert told in done.err
+    assert message in done.err
     assert "Traceback" not in done.err
     assert len(done.err.strip().splitlines()) == 1
