@@ -87,6 +87,7 @@ main(sys.argv[1:])
 """A training whose process dies five rollouts after its only checkpoint."""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_trainings")
 def test_sigkill_loses_nothing_but_the_last_interval(ppg, tmp_path: Path) -> None:
     out, whole = tmp_path / "out.npz", tmp_path / "whole.npz"
