@@ -124,7 +124,7 @@ def test_a_checkpoint_of_another_training_is_refused(game: Game, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("short_trainings")
-def test_a_damaged_checkpoint_is_told_and_runs_no_code(game: Game, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_reported_and_runs_no_code(game: Game, tmp_path: Path) -> None:
     import pickle
 
     class Bomb:
