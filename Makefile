@@ -23,6 +23,7 @@ demo: $(VENV)/.demo ## Compare the players in the paper's scenarios: tables, and
 	@for game in opposing head_on parallel intersection intersection3; do \
 		echo "$(BIN)/ppg compare $$game"; $(BIN)/ppg compare $$game || exit 1; done
 
+# PYTEST_ARGS="--shuffle 1" runs the tests in the random order of seed 1.
 test: $(VENV)/.test ## Run the tests that guard a change (PYTEST_ARGS="-k name" adds options)
 	$(BIN)/python -m pytest -n 2 -q -m "not slow" $(PYTEST_ARGS)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -35,6 +36,17 @@ def scenario_speeds() -> list[tuple[str, str]]:
         for speed in SPEEDS
         if speed != "disc" or make_game(call).agents[0].control_dim == 2
     ]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--shuffle", type=int, help="run the tests in the random order of this seed")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """No test may depend on the order of tests; the seed gives all workers the same one."""
+    if (seed := config.getoption("--shuffle")) is not None:
+        Random(seed).shuffle(items)
 
 
 @pytest.fixture(params=scenario_calls())

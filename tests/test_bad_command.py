@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def assert_is_told_in_one_line(outcome: Run, *words: str) -> None:
+def assert_is_reported_in_one_line(outcome: Run, *words: str) -> None:
     assert outcome.code == 2
     assert outcome.out == ""
     assert outcome.err.endswith(".\n")
@@ -101,13 +101,15 @@ MISTAKES: dict[str, tuple[str, ...]] = {
 
 @pytest.mark.parametrize("as_json", [False, True], ids=["", "--json"])
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_is_told_in_one_line(command: str, as_json: bool, ppg: Ppg, folder: Path) -> None:
+def test_a_mistake_is_reported_in_one_line(
+    command: str, as_json: bool, ppg: Ppg, folder: Path
+) -> None:
     three = make_game("intersection3")
     plans = tuple(straight_plan(agent, three.horizon) for agent in three.agents)
     write_plan("three.json", three, plans, {})  # type: ignore[arg-type]
     before = sorted(folder.iterdir())
     outcome = ppg(*command.split(), *["--json"] * as_json, code=2)
-    assert_is_told_in_one_line(outcome, *MISTAKES[command])
+    assert_is_reported_in_one_line(outcome, *MISTAKES[command])
     assert sorted(folder.iterdir()) == before
 
 
@@ -135,14 +137,14 @@ BROKEN_PLANS = {
 
 @pytest.mark.parametrize("command", ["risk", "certify", "render", "risk --json", "certify --json"])
 @pytest.mark.parametrize("name", BROKEN_PLANS)
-def test_a_broken_plan_file_is_told_in_one_line(
+def test_a_broken_plan_file_is_reported_in_one_line(
     name: str, command: str, ppg: Ppg, folder: Path
 ) -> None:
     plan = json.loads(Path("good.json").read_text(encoding="utf-8"))
     Path("bad.json").write_text(BROKEN_PLANS[name](plan), encoding="utf-8")
     before = sorted(folder.iterdir())
     verb, *options = command.split()
-    assert_is_told_in_one_line(ppg(verb, "bad.json", *options, code=2), "bad.json: ")
+    assert_is_reported_in_one_line(ppg(verb, "bad.json", *options, code=2), "bad.json: ")
     assert sorted(folder.iterdir()) == before
 
 
@@ -157,12 +159,12 @@ def test_a_broken_plan_file_is_told_in_one_line(
     ],
 )
 @pytest.mark.parametrize("verb", ["show", "solve", "compare", "render"])
-def test_a_faulty_game_file_is_told_with_file_and_place(
+def test_a_faulty_game_file_is_reported_with_file_and_place(
     verb: str, place: str, value: object, shown: str, ppg: Ppg
 ) -> None:
     Path("bad.toml").write_text(tomli_w.dumps(changed(VALID, place, value)), encoding="utf-8")
-    assert_is_told_in_one_line(ppg(verb, "bad.toml", code=2), f"bad.toml: {shown}: ")
-    assert_is_told_in_one_line(ppg(verb, "bad.toml", "--json", code=2), f"bad.toml: {shown}: ")
+    assert_is_reported_in_one_line(ppg(verb, "bad.toml", code=2), f"bad.toml: {shown}: ")
+    assert_is_reported_in_one_line(ppg(verb, "bad.toml", "--json", code=2), f"bad.toml: {shown}: ")
 
 
 @pytest.mark.parametrize(
@@ -180,7 +182,7 @@ def test_a_folder_that_cannot_be_written_to_leaves_nothing_behind(
 ) -> None:
     before = sorted(folder.rglob("*"))
     outcome = ppg(*command.split(), *["--json"] * as_json, code=2)
-    assert_is_told_in_one_line(outcome, command.split()[-1] + ": ", "cannot be written")
+    assert_is_reported_in_one_line(outcome, command.split()[-1] + ": ", "cannot be written")
     assert sorted(folder.rglob("*")) == before
 
 
@@ -254,7 +256,7 @@ def in_its_own_process(*arguments: str) -> Run:
 
 def test_a_process_of_its_own_tells_a_mistake_in_one_line() -> None:
     outcome = in_its_own_process("show", 'circle(__import__("os"))', "--json")
-    assert_is_told_in_one_line(outcome, "circle(n, radius)")
+    assert_is_reported_in_one_line(outcome, "circle(n, radius)")
 
 
 def test_a_process_of_its_own_exits_with_3_without_a_plan() -> None:

@@ -41,7 +41,7 @@ def test_the_valid_file_is_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("place", "fault"), CASES, ids=lambda value: str(value)[:50])
-def test_each_fault_of_a_game_file_is_told_with_file_place_and_remedy(
+def test_each_fault_of_a_game_file_is_reported_with_file_place_and_remedy(
     place: str, fault: Any, tmp_path: Path
 ) -> None:
     path = tmp_path / "faulty.toml"
@@ -67,7 +67,7 @@ OVERLAPS = {
 
 
 @pytest.mark.parametrize("name", OVERLAPS)
-def test_what_clashes_is_told_with_both_parties(name: str, tmp_path: Path) -> None:
+def test_what_clashes_is_reported_with_both_parties(name: str, tmp_path: Path) -> None:
     place, value, expected = OVERLAPS[name]
     path = tmp_path / "clash.toml"
     path.write_text(tomli_w.dumps(changed(VALID, place, value)), encoding="utf-8")
@@ -90,7 +90,7 @@ def test_what_clashes_is_told_with_both_parties(name: str, tmp_path: Path) -> No
     ],
     ids=lambda text: text[:20],
 )  # fmt: skip
-def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
+def test_strange_text_is_reported_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "strange.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -100,7 +100,7 @@ def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
 
 @examples(2.5)
 @given(faulty())
-def test_a_made_up_file_is_a_usable_game_or_told_to_be_none(tables: dict[str, Any]) -> None:
+def test_a_made_up_file_is_a_usable_game_or_reported_to_be_none(tables: dict[str, Any]) -> None:
     source = "some/file.toml"
     try:
         game = game_from_tables(tomllib.loads(tomli_w.dumps(tables)), source)

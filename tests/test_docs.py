@@ -173,7 +173,7 @@ def sweep_lines(table: str) -> list[tuple[list[str], list[float]]]:
 def test_printed_studies_are_what_their_results_say(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From the stored rows, which are beside the page; nothing is run anew."""
+    """From the stored rows, which are next to the page; nothing is run again."""
     monkeypatch.chdir(tmp_path)
     pattern = r"<!-- output of: (ppg study .*?) -->\n```text\n(.*?)```"
     for command, shown in re.findall(pattern, page.read_text(), re.S):

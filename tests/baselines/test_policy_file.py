@@ -92,7 +92,7 @@ def test_pickled_objects_are_refused_unread(file: Path, tmp_path: Path) -> None:
     assert not mark.exists()
 
 
-def test_damaged_files_are_told_in_one_sentence(file: Path, tmp_path: Path) -> None:
+def test_damaged_files_are_reported_in_one_sentence(file: Path, tmp_path: Path) -> None:
     data, bad = file.read_bytes(), tmp_path / "bad.npz"
     for content in (b"", b"junk", data[: len(data) // 2], data[:-10], data[100:]):
         bad.write_bytes(content)

@@ -87,6 +87,7 @@ main(sys.argv[1:])
 """A training whose process dies five rollouts after its only checkpoint."""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_trainings")
 def test_sigkill_loses_nothing_but_the_last_interval(ppg, tmp_path: Path) -> None:
     out, whole = tmp_path / "out.npz", tmp_path / "whole.npz"
@@ -123,7 +124,7 @@ def test_a_checkpoint_of_another_training_is_refused(game: Game, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("short_trainings")
-def test_a_damaged_checkpoint_is_told_and_runs_no_code(game: Game, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_reported_and_runs_no_code(game: Game, tmp_path: Path) -> None:
     import pickle
 
     class Bomb:

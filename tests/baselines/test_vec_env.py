@@ -99,7 +99,7 @@ def test_shaping_changes_returns_by_a_constant(game: Game) -> None:
     assert compared > 5
 
 
-def test_time_that_runs_out_is_told_to_those_in_traffic_only() -> None:
+def test_time_that_runs_out_is_reported_to_those_in_traffic_only() -> None:
     game = make_game("parallel", speed="l1")
     for bootstrap in (True, False):
         env = GameVecEnv(game, Rules(max_cycles=12), 4, bootstrap=bootstrap)
@@ -144,7 +144,7 @@ def test_a_seed_fixes_everything(game: Game) -> None:
     np.testing.assert_array_equal(rollout(env, 50)[1], one[1])
 
 
-def test_one_learner_begins_anew_as_soon_as_it_has_finished() -> None:
+def test_one_learner_begins_again_as_soon_as_it_has_finished() -> None:
     """The others need not finish first, and a copy's partners play as they are told."""
     game = make_game("parallel", speed="l1", noise=0.0)
     env = GameVecEnv(game, copies=3, learners=[1], shaping=False, reward_scale=1.0)

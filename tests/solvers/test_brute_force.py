@@ -11,6 +11,7 @@ import pytest
 from ppg_env import make_profile
 from solvers import best_response, potential_equilibrium, social_optimum
 from solvers.solution import Status
+from tests.marks import first
 from tests.oracles.brute_force import Line, best_response_value, joint_optimum
 
 COURSES = {
@@ -56,7 +57,7 @@ def against(line: Line, agent: int, other: list[float]):
     return game, agent, make_profile(game, controls)
 
 
-@pytest.mark.parametrize("course", COURSES)
+@pytest.mark.parametrize("course", first(3, COURSES))
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("lam", LAMS)
 @pytest.mark.parametrize("what", PLANNERS)
@@ -68,7 +69,7 @@ def test_mp3_and_the_potential_program_agree_with_dynamic_programming(course, no
     assert solution.bound == pytest.approx(solution.value, abs=1e-6)
 
 
-@pytest.mark.parametrize("course", COURSES)
+@pytest.mark.parametrize("course", first(3, COURSES))
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("lam", LAMS)
 @pytest.mark.parametrize("agent", [0, 1])

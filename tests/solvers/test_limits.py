@@ -107,7 +107,7 @@ def test_a_cut_search_keeps_a_true_lower_bound():
 
 def test_many_agents_without_a_plan_in_time_are_not_searched_exactly():
     """That search looks through all vectors of arrivals before it looks at the clock."""
-    solution = social_optimum(make_game("circle(16)", objective="risk", lam=0.8), time_limit=0.5)
+    solution = social_optimum(make_game("circle(16)", objective="risk", lam=0.8), time_limit=0.0)
     assert solution.status is Status.NO_INCUMBENT
     assert solution.profile is None
 
@@ -131,5 +131,5 @@ def test_dynamics_begin_otherwise_where_straight_lines_leave_no_way():
 def test_no_joint_plan_is_costlier_than_the_equilibrium_it_began_with():
     game = make_game("circle(6)", speed="l1", horizon=20)
     selfish = best_response_dynamics(game, max_sweeps=6)
-    social = social_optimum(game, time_limit=5.0)
+    social = social_optimum(game, node_limit=2000)
     assert social.evaluation.social_cost <= selfish.evaluation.social_cost + 1e-6

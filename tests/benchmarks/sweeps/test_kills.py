@@ -16,12 +16,22 @@ from benchmarks.sweeps import Cell, Store, sweep
 from tests.benchmarks.sweeps.conftest import quick, timeless
 
 KILLS = 20
+ROWS = 4  # at most, before each kill
 CELLS = 100
 
 
-def work(cells: list[Cell], store: Path, ran: Semaphore) -> None:
-    """The sweep that is killed; it releases ``ran`` when it begins and after every row."""
-    sweep(cells, store, progress=lambda _count: ran.release())
+def work(cells: list[Cell], store: Path, ran: Semaphore, allowed: Semaphore) -> None:
+    """The sweep that is killed.
+
+    It releases ``ran`` when it begins and after every row, and then waits until it is ``allowed``
+    to go on: however late the kill comes on a busy machine, there is something left to do.
+    """
+
+    def progress(_count: int) -> None:
+        ran.release()
+        allowed.acquire()
+
+    sweep(cells, store, progress=progress)
 
 
 @pytest.mark.slow
@@ -31,12 +41,12 @@ def test_a_sweep_that_is_killed_again_and_again_ends_as_if_undisturbed(tmp_path:
     context = multiprocessing.get_context("fork")  # at work at once, with everything imported
     counts = []
     for kill in range(KILLS):
-        ran = context.Semaphore(0)
-        victim = context.Process(target=work, args=(cells, store, ran))
+        ran, allowed = context.Semaphore(0), context.Semaphore(ROWS)
+        victim = context.Process(target=work, args=(cells, store, ran, allowed))
         victim.start()
         if kill % 4:  # else at any moment: it may be opening the file
-            assert ran.acquire(timeout=60)
-            assert ran.acquire(timeout=60)
+            assert ran.acquire(timeout=600)
+            assert ran.acquire(timeout=600)
         time.sleep(chance.uniform(0, 0.02))
         victim.kill()
         victim.join()

@@ -263,5 +263,5 @@ def test_workers_go_with_their_sweep():
         worker = psutil.Process(int(sweeper.stdout.readline()))
         assert worker.is_running()
         sweeper.kill()
-    gone, _ = psutil.wait_procs([worker], timeout=60)
+    gone, _ = psutil.wait_procs([worker], timeout=600)
     assert gone or worker.status() == psutil.STATUS_ZOMBIE
