@@ -51,8 +51,8 @@ def read_house_style(
     Indented formulas become literal blocks, and ``name : text`` in a list of attributes gets its
     text below the name, where it does not count as a type.
     """
-    if lines and lines[0].startswith("{"):  # a set: its bars are no substitutions
-        lines[0] = re.sub(r"^{.*?}", r"``\g<0>``", lines[0])
+    if lines:  # a set: its bars are no substitutions
+        lines[0] = re.sub(r"(?<!`){.*?}(?!`)", r"``\g<0>``", lines[0])
     for k in range(len(lines) - 1, 1, -1):
         opens = lines[k].startswith("    ") and not lines[k - 1].strip()
         before = lines[k - 2]
