@@ -11,7 +11,6 @@ import signal
 import sys
 import threading
 import warnings
-from importlib.metadata import version
 from typing import Annotated
 
 import typer
@@ -35,6 +34,8 @@ for name, command in VERBS.items():
 
 def _print_version(asked: bool) -> None:
     if asked:
+        from importlib.metadata import version
+
         typer.echo(f"ppg {version('path-planning-games')}")
         raise typer.Exit
 
