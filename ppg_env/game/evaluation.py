@@ -109,7 +109,8 @@ class Evaluation:
         if kind == "control":
             return f"a control of {names[index]} leaves its set by {residual:.3g}"
         if kind == "goal":
-            return f"the mean of {names[index]} misses its goal by {residual:.3g} within the horizon"
+            miss = f"misses its goal by {residual:.3g} within the horizon"
+            return f"the mean of {names[index]} {miss}"
         encounter = self.game.encounters[index]
         parties = [names[i] for i in encounter.agents]
         if encounter.obstacle is not None:

@@ -57,7 +57,7 @@ def test_three_agents_agree_with_the_reference(seed):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_plans_of_mixed_games_hold_and_nobody_gains(seed):
+def test_plans_of_mixed_games_hold_and_no_agent_gains(seed):
     game = mixed_game(seed).game
     social, potential = social_optimum(game), potential_equilibrium(game)
     if social.status is Status.INFEASIBLE:
@@ -99,7 +99,7 @@ def test_what_obstacles_cost_each_alone_changes_no_optimum(seed, monkeypatch):
     assert advised.bound == pytest.approx(plain.bound, rel=1e-7, abs=1e-7)
 
 
-def test_an_obstacle_that_is_dear_to_pass_is_priced_once_for_all_arrivals_of_the_other():
+def test_an_obstacle_that_is_costly_to_pass_is_priced_once_for_all_arrivals_of_the_other():
     # Time costs nothing here, so every arrival has to be proved; without the prices of walls the
     # bound is at 48 after 5,000 programs.
     game = mixed_game(252).game

@@ -1,4 +1,4 @@
-"""The engine against the paper's formulation on HiGHS, and cut short at any disjunction."""
+"""The engine against the paper's formulation on HiGHS, and interrupted at many points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 
 
 class Steps(Budget):
-    """A clock that runs out after so many looks at it: a kill at any disjunction, repeatable."""
+    """A budget that runs out after a number of checks: an interruption that can be repeated."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(None)
@@ -71,7 +71,7 @@ def test_random_games_agree_with_the_reference(seed):
         for agent in game.agents
     ]
     if None in plans:
-        pytest.skip("no plan was drawn for somebody")
+        pytest.skip("no plan was drawn for an agent")
     both(objective.selfish(game, 0), (0,), tuple(plans))
     if len(game.agents) == 2:
         both(objective.social(game), (0, 1), None)
