@@ -1,4 +1,4 @@
-"""Time limits: whatever comes back is a plan that holds, or the status that there is none."""
+"""Time limits: the result is a feasible plan, or the status that there is none."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_dynamics_begin_otherwise_where_straight_lines_leave_no_way():
 
 
 @pytest.mark.slow
-def test_no_joint_plan_is_costlier_than_the_equilibrium_it_began_with():
+def test_no_joint_plan_costs_more_than_the_equilibrium_it_began_with():
     game = make_game("circle(6)", speed="l1", horizon=20)
     selfish = best_response_dynamics(game, max_sweeps=6)
     social = social_optimum(game, node_limit=2000)

@@ -1,4 +1,4 @@
-"""Random small games: no plan that is drawn is better than a best response."""
+"""Random small games: no drawn plan is better than a best response."""
 
 from __future__ import annotations
 

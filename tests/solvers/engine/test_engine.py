@@ -13,7 +13,7 @@ from solvers.solution import Status
 
 
 class Steps(Budget):
-    """A clock that runs out after so many looks at it: a kill at any disjunction, repeatable."""
+    """A budget that runs out after a number of checks: an interruption that can be repeated."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(None)

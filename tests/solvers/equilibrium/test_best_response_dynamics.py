@@ -82,14 +82,14 @@ def test_the_potential_never_rises_for_unequal_lams_and_any_seed(seed):
     assert_the_potential_never_rises(solution)
 
 
-def test_a_sweep_of_a_random_order_asks_nobody_twice_and_seeds_matter():
+def test_a_sweep_of_a_random_order_asks_no_agent_twice_and_seeds_matter():
     game = make_game("circle(4)")
     orders = set()
     for seed in range(3):
         trace = best_response_dynamics(game, order="random", seed=seed, max_sweeps=2).trace
         for sweep in {update.sweep for update in trace}:
             asked = [u.agent for u in trace if u.sweep == sweep]
-            assert len(asked) == len(set(asked))  # those whose last answer still holds are spared
+            assert len(asked) == len(set(asked))  # agents whose last proof still holds are skipped
             assert sweep > 1 or sorted(asked) == [0, 1, 2, 3]
         orders.add(tuple(update.agent for update in trace))
     assert len(orders) > 1
@@ -127,23 +127,23 @@ def test_an_equilibrium_stays_where_it_is():
     assert len(again.trace) == 2
 
 
-def test_nobody_moves_for_less_than_the_tolerance():
+def test_no_agent_moves_for_less_than_the_tolerance():
     game = make_game("intersection", speed="l1")
     start = best_response_dynamics(game, max_sweeps=1).profile
     lazy = best_response_dynamics(game, start=start, tolerance=1e3)
     assert lazy.profile == start
-    # Nobody gains 1000, but that does not make the certified regret small.
+    # No agent gains 1000, but that does not make the certified regret small.
     honest = certify(game, start)
     np.testing.assert_allclose(lazy.regret, honest.regret, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_the_trace_tells_every_update_as_it_happens(name):
+def test_the_trace_has_every_update_as_it_happens(name):
     seen = []
     solution = best_response_dynamics(make_game(name), progress=seen.append)
     assert tuple(seen) == solution.trace
     assert all(u.after <= u.before for u in seen)
-    assert seen[-1].after == seen[-1].before  # the answers that fixed_loss it: nobody gained
+    assert seen[-1].after == seen[-1].before  # the responses that ended the run: no agent gained
     assert solution.trace[-1].potential == pytest.approx(solution.evaluation.potential)
 
 

@@ -1,4 +1,4 @@
-"""Equilibria collected and named; who passes whom is told from the plans themselves."""
+"""Equilibria collected and named; who passes whom follows from the plans."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_sides_are_those_of_the_agents_eyes():
         assert (a[nearest, 1] < b[nearest, 1]) == (one.name == "0<1 left")
 
 
-def test_in_space_kinds_are_told_apart_by_cost():
+def test_in_space_kinds_differ_by_cost():
     found = collect_equilibria(make_game("intersection_3d"), runs=3)
     assert found
     assert all(one.name.startswith("social cost ") for one in found)

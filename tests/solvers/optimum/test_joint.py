@@ -78,7 +78,7 @@ def test_the_price_of_stability_is_at_most_two_where_selfishness_costs_something
     assert 1.01 < selfish.evaluation.social_cost / planner.value <= 2
 
 
-def test_in_a_hurry_the_equilibrium_is_a_little_dearer_and_far_riskier_than_the_optimum():
+def test_in_a_hurry_the_equilibrium_costs_a_little_more_and_is_far_riskier_than_the_optimum():
     # The paper's headline, on head_on with the L1 ball.
     game = make_game("head_on", speed="l1", objective="risk", lam=0.8)
     social = social_optimum(game)

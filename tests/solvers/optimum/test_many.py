@@ -1,4 +1,4 @@
-"""What makes many agents practical: symmetries, cuts, spared proofs, descent and bounds."""
+"""Many agents: symmetries, cuts, kept proofs, annealing and bounds."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def crossing(**changes):
     ("name", "count"),
     [("circle(4)", 8), ("circle(3)", 2), ("head_on", 4), ("intersection", 2), ("intersection3", 1)],
 )
-def test_games_have_the_symmetries_that_one_sees(name, count):
+def test_games_have_their_visible_symmetries(name, count):
     game = make_game(name)
     found = symmetries(objective.social(game))
     assert found[0] == identity(game)
@@ -64,7 +64,7 @@ def test_mirrored_profiles_cost_the_same():
         assert sorted(one.encounters) == list(range(len(losses)))
 
 
-def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatch):
+def test_the_optimum_is_the_same_with_and_without_symmetry_and_cuts(monkeypatch):
     game = crossing()
     weights = objective.social(game)
     fast = engine_search(weights, range(4), None, Budget(None))
@@ -81,7 +81,7 @@ def test_the_optimum_is_the_same_with_and_without_symmetry_and_lemmas(monkeypatc
 
 
 @pytest.mark.slow
-def test_lemmas_are_no_more_than_what_plans_really_lose():
+def test_cuts_are_at_most_what_plans_lose():
     """The value of three movers' losses is at most that of any feasible profile of four."""
     game = crossing(gain=-0.5)
     weights = objective.social(game)
@@ -95,7 +95,7 @@ def test_lemmas_are_no_more_than_what_plans_really_lose():
         assert cuts.value(part, arrivals) <= lost[list(part)].sum() + 1e-6
 
 
-def test_a_tree_that_rests_goes_on_where_it_was():
+def test_a_released_search_continues_where_it_stopped():
     game = crossing()
     weights = objective.social(game)
     subproblem = Subproblem(weights, (0, 1, 2, 3), {})
@@ -103,37 +103,37 @@ def test_a_tree_that_rests_goes_on_where_it_was():
     known = presolve_encounters(subproblem, range(len(game.encounters)), arrivals)
     assert known is not None
 
-    def tree(clock):
+    def tree(budget):
         make = lambda: FixedProgram(subproblem, arrivals, known)  # noqa: E731 - short
-        return BranchAndBound(make, 0.0, inf, clock, lambda program, point, estimate: estimate)
+        return BranchAndBound(make, 0.0, inf, budget, lambda program, point, estimate: estimate)
 
-    clock = Budget(None, 20)
-    whole, broken = tree(Budget(None)), tree(clock)
+    budget = Budget(None, 20)
+    whole, broken = tree(Budget(None)), tree(budget)
     assert whole.search(inf)
     while broken.open_bound < inf:
         broken.search(inf)
         broken.release()
-        clock.nodes += 20
+        budget.nodes += 20
     assert broken.bound == pytest.approx(whole.bound, abs=1e-6)
 
 
-def test_who_matters_is_never_left_out():
-    """Wherever some drawn plan loses margin to another, the reachable sets had said so."""
+def test_no_agent_that_matters_is_left_out():
+    """Where a straight plan loses margin to another, the reachable sets allow it."""
     game = make_game("random(6, 1)")
     straight = [straight_plan(agent, game.horizon) for agent in game.agents]
     judged = evaluate(game, tuple(straight))
     irrelevant = 0
     for e, encounter in enumerate(game.encounters):
         i, j = encounter.agents
-        said = matters(game, e, i, straight[j], game.horizon)
+        possible = matters(game, e, i, straight[j], game.horizon)
         loses = judged.traffic[e] & (judged.margins[e] < game.margin_cap)
-        assert said or not loses.any()
+        assert possible or not loses.any()
         irrelevant += not matters(game, e, i, straight[j], straight[i].arrival)
     assert irrelevant > 0
 
 
 @pytest.mark.parametrize("name", ["circle(6)", "random(7, 3)"])
-def test_equilibria_with_spared_proofs_are_certified_by_fresh_ones(name):
+def test_equilibria_with_kept_proofs_are_certified_by_new_ones(name):
     game = make_game(name)
     solution = best_response_dynamics(game)
     assert solution.status is Status.EQUILIBRIUM
@@ -151,7 +151,7 @@ def test_pigou_dynamics_lower_the_social_cost():
 
 
 @pytest.mark.parametrize("kind", ["margin", "risk"])
-def test_polishing_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
+def test_refinement_never_costs_and_ends_where_faces_leave_nothing_to_gain(kind):
     game = make_game("intersection3", speed="l1", objective=kind, gain=0.0, lam=0.8)
     weights = objective.social(game)
     rough = best_response_dynamics(game, max_sweeps=1).profile
@@ -179,9 +179,9 @@ def test_descent_betters_best_responses_and_repeats_itself():
     game = crossing()
     best = social_optimum(game)
     values = []
-    clocks = [Budget(None, 4000) for _ in range(2)]
+    budgets = [Budget(None, 4000) for _ in range(2)]
     profiles = [
-        descent(make_rule(game, "pigou"), "ENGINE", clock, 5, values.append) for clock in clocks
+        descent(make_rule(game, "pigou"), "ENGINE", budget, 5, values.append) for budget in budgets
     ]
     assert profiles[0].profile == profiles[1].profile
     assert values == sorted(values[: len(values) // 2], reverse=True) * 2
@@ -189,14 +189,14 @@ def test_descent_betters_best_responses_and_repeats_itself():
 
 
 def test_many_agents_get_plans_a_bound_and_the_truth_about_the_gap():
-    told = []
+    reported = []
     game = make_game("circle(6)")
-    solution = social_optimum(game, node_limit=5000, progress=lambda *news: told.append(news))
+    solution = social_optimum(game, node_limit=5000, progress=lambda *news: reported.append(news))
     assert solution.evaluation.feasible
     assert solution.bound <= solution.value + 1e-6
     assert solution.status in (Status.FEASIBLE, Status.OPTIMAL)
     assert solution.status is Status.OPTIMAL or "the gap is proved" in solution.advice
-    assert {what for what, _ in told} == {"value", "bound"}
+    assert {what for what, _ in reported} == {"value", "bound"}
 
 
 @pytest.mark.slow
