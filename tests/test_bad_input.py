@@ -1,6 +1,6 @@
-"""A user's mistake in a game file: one sentence that names file, place and remedy.
+"""Errors in a game file: one sentence that names file, place and remedy.
 
-First every field, wrong or missing; then faults that hypothesis makes up.
+Every field, wrong or missing; then faults that hypothesis generates.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def test_the_valid_file_is_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("place", "fault"), CASES, ids=lambda value: str(value)[:50])
-def test_each_fault_of_a_game_file_is_told_with_file_place_and_remedy(
+def test_each_fault_of_a_game_file_is_reported_with_file_place_and_remedy(
     place: str, fault: Any, tmp_path: Path
 ) -> None:
     path = tmp_path / "faulty.toml"
@@ -66,7 +66,7 @@ OVERLAPS = {
 
 
 @pytest.mark.parametrize("name", OVERLAPS)
-def test_what_clashes_is_told_with_both_parties(name: str, tmp_path: Path) -> None:
+def test_what_clashes_is_reported_with_both_parties(name: str, tmp_path: Path) -> None:
     place, value, expected = OVERLAPS[name]
     path = tmp_path / "clash.toml"
     path.write_text(tomli_w.dumps(changed(VALID, place, value)), encoding="utf-8")
@@ -89,7 +89,7 @@ def test_what_clashes_is_told_with_both_parties(name: str, tmp_path: Path) -> No
     ],
     ids=lambda text: text[:20],
 )  # fmt: skip
-def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
+def test_strange_text_is_reported_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "strange.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -99,7 +99,7 @@ def test_strange_text_is_told_in_one_line(text: str, tmp_path: Path) -> None:
 
 @settings(max_examples=300)
 @given(faulty())
-def test_a_made_up_file_is_a_usable_game_or_told_to_be_none(tables: dict[str, Any]) -> None:
+def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
     source = "some/file.toml"
     try:
         game = game_from_tables(tomllib.loads(tomli_w.dumps(tables)), source)

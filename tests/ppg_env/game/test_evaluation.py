@@ -256,10 +256,10 @@ def test_means_and_arrivals_that_do_not_follow_from_the_controls_are_not_believe
     honest = straight(game)
     far = honest[0].means + np.array([0.0, 500.0])
     liar = Plan(honest[0].controls, far, 1)
-    told = evaluate(game, (liar, honest[1]))
+    reported = evaluate(game, (liar, honest[1]))
     truth = evaluate(game, honest)
-    assert told.arrival == truth.arrival or not told.feasible
-    assert told.shifted_cost[0] >= truth.shifted_cost[0] - 1e-9 or not told.feasible
+    assert reported.arrival == truth.arrival or not told.feasible
+    assert reported.shifted_cost[0] >= truth.shifted_cost[0] - 1e-9 or not told.feasible
 
 
 def test_a_profile_of_another_game_is_judged_by_this_one() -> None:
