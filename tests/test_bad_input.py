@@ -1,6 +1,6 @@
-"""A user's mistake in a game file: one sentence that names file, place and remedy.
+"""Errors in a game file: one sentence that names file, place and remedy.
 
-First every field, wrong or missing; then faults that hypothesis makes up.
+Every field, wrong or missing; then faults that hypothesis generates.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def test_strange_text_is_reported_in_one_line(text: str, tmp_path: Path) -> None
 
 @examples(2.5)
 @given(faulty())
-def test_a_made_up_file_is_a_usable_game_or_reported_to_be_none(tables: dict[str, Any]) -> None:
+def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
     source = "some/file.toml"
     try:
         game = game_from_tables(tomllib.loads(tomli_w.dumps(tables)), source)

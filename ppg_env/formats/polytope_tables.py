@@ -103,7 +103,10 @@ def control_tables(control: Controls) -> dict[str, Any] | list[dict[str, Any]]:
     """Return the table of a control set, or the list of tables of sets that change."""
     if isinstance(control, Polytope):
         return _control_table(control)
-    return [({"from": first} if first else {}) | _control_table(held) for first, held in control]
+    return [
+        ({"from": first} if first else {}) | _control_table(admissible)
+        for first, admissible in control
+    ]
 
 
 def _control_table(control: Polytope) -> dict[str, Any]:

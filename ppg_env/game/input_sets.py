@@ -46,7 +46,7 @@ def checked_controls(value: Any) -> Controls:
 
 
 def _check_sequence(sets: tuple[tuple[int, Polytope], ...]) -> None:
-    for k, (first, held) in enumerate(sets):
+    for k, (first, admissible) in enumerate(sets):
         place, before = f"control[{k}]", sets[k - 1][0] if k else -1
         require(k > 0 or first == 0, place, f"holds from step {first}", "start with step 0")
         require(
@@ -56,9 +56,9 @@ def _check_sequence(sets: tuple[tuple[int, Polytope], ...]) -> None:
             f"write increasing steps up to {LONGEST_HORIZON}",
         )
         require(
-            held.dim == sets[0][1].dim,
+            admissible.dim == sets[0][1].dim,
             place,
-            f"has dimension {held.dim} where control[0] has {sets[0][1].dim}",
+            f"has dimension {admissible.dim} where control[0] has {sets[0][1].dim}",
             "give sets of the same inputs",
         )
 
@@ -72,10 +72,10 @@ def _checked_piece(k: int, piece: Any) -> tuple[int, Polytope]:
                 "is not a step and a polytope",
                 "write a pair such as (5, Polytope.box([10.0, 10.0]))",
             )
-        first, held = piece
+        first, admissible = piece
         whole = isinstance(first, (int, np.integer)) and not isinstance(first, bool)
         require(whole, "", f"holds from step {first!r:.40}", "count steps in whole numbers from 0")
-        return int(first), held
+        return int(first), admissible
 
 
 def pieces(control: Controls) -> tuple[tuple[int, Polytope], ...]:
@@ -87,7 +87,7 @@ def set_at(control: Controls, step: int) -> Polytope:
     """Return the set that holds at ``step``."""
     if isinstance(control, Polytope):
         return control
-    return next(held for first, held in reversed(control) if first <= step)
+    return next(admissible for first, admissible in reversed(control) if first <= step)
 
 
 def spans(control: Controls, steps: int) -> list[tuple[slice, Polytope]]:
@@ -95,8 +95,8 @@ def spans(control: Controls, steps: int) -> list[tuple[slice, Polytope]]:
     sets = pieces(control)
     ends = [first for first, _ in sets[1:]] + [steps]
     return [
-        (slice(first, min(end, steps)), held)
-        for (first, held), end in zip(sets, ends, strict=True)
+        (slice(first, min(end, steps)), admissible)
+        for (first, admissible), end in zip(sets, ends, strict=True)
         if first < steps
     ]
 
@@ -105,7 +105,7 @@ def later(control: Controls, step: int) -> Controls:
     """Return the sets with time counted from ``step``."""
     if isinstance(control, Polytope):
         return control
-    rest = [(first - step, held) for first, held in control if first > step]
+    rest = [(first - step, admissible) for first, admissible in control if first > step]
     return checked_controls([(0, set_at(control, step)), *rest])
 
 
@@ -118,8 +118,8 @@ def clearance(control: Controls, inputs: np.ndarray, steps: np.ndarray) -> np.nd
         return control.clearance(inputs)
     index = np.searchsorted([first for first, _ in control], steps, side="right") - 1
     result = np.empty(len(inputs))
-    for k, (_, held) in enumerate(control):
-        result[index == k] = held.clearance(inputs[index == k])
+    for k, (_, admissible) in enumerate(control):
+        result[index == k] = admissible.clearance(inputs[index == k])
     return result
 
 
@@ -137,16 +137,16 @@ def room(control: Controls, inputs: np.ndarray) -> np.ndarray:
     Values are at most 100, and zero where the set lies on another side.
     """
     result = np.empty(len(inputs))
-    for steps, held in spans(control, len(inputs)):
-        along = inputs[steps] @ held.normals.T
+    for steps, admissible in spans(control, len(inputs)):
+        along = inputs[steps] @ admissible.normals.T
         fits = np.full(along.shape, MOST_ROOM)
         with np.errstate(over="ignore"):  # an infinite ratio is clipped below
-            np.divide(held.offsets, along, out=fits, where=along > 0)
+            np.divide(admissible.offsets, along, out=fits, where=along > 0)
         result[steps] = fits.min(axis=1).clip(0.0, MOST_ROOM)
     return result
 
 
 def bounds(control: Controls) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and the highest value (m,) of every input, over all sets."""
-    low, high = zip(*(held.bounds for _, held in pieces(control)), strict=True)
+    low, high = zip(*(admissible.bounds for _, admissible in pieces(control)), strict=True)
     return np.min(low, axis=0), np.max(high, axis=0)

@@ -77,8 +77,8 @@ def _support_sums(
     sums = [np.zeros((count + 1, len(directions))) for _ in pieces(agent.control)]
     rows = np.array(directions)
     for k in range(count):
-        for total, (_, held) in zip(sums, pieces(agent.control), strict=True):
-            total[k + 1] = total[k] + held.support(rows @ agent.B)
+        for total, (_, admissible) in zip(sums, pieces(agent.control), strict=True):
+            total[k + 1] = total[k] + admissible.support(rows @ agent.B)
         rows = rows @ turn
     return sums
 
@@ -104,7 +104,7 @@ def plan_upper(agent: Agent, directions: np.ndarray, horizon: int) -> np.ndarray
 
 def _can_rest_at_goal(agent: Agent) -> bool:
     zero = np.zeros(agent.control_dim)
-    idle = all(held.clearance(zero) <= 0 for _, held in pieces(agent.control))
+    idle = all(admissible.clearance(zero) <= 0 for _, admissible in pieces(agent.control))
     rests = BackwardReach.exists(agent) and np.array_equal(agent.A @ agent.goal, agent.goal)
     return bool(idle and rests)
 

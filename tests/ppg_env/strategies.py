@@ -154,8 +154,8 @@ class Play:
 def plays(draw: st.DrawFn, scale: str | None = None, missing: bool = False) -> Play:
     """Agents among obstacles, close enough for margins between the extremes.
 
-    Controls come first and goals follow from them, so that everybody arrives, at times of its
-    own; with ``missing`` some goals are moved out of reach (and time then counts: lam > 0).
+    Controls come first and goals follow from them, so that all agents arrive, at different
+    times; with ``missing`` some goals are moved out of reach (and time then counts: lam > 0).
     """
     count, horizon = draw(st.integers(1, 3)), draw(st.integers(1, 5))
     movers, plays = [], []

@@ -165,7 +165,7 @@ def test_plan_upper_knows_that_a_way_back_may_be_slower() -> None:
     assert upper[:, 1].tolist() == [0, 1, 2, 3, 4, 1, -2]
 
 
-def test_plan_upper_is_the_forward_bound_where_nobody_can_rest_at_the_goal() -> None:
+def test_plan_upper_is_the_forward_bound_where_no_agent_can_rest_at_the_goal() -> None:
     drifting = double([0.0, 0.0], [3.0, 1.0])
     directions = np.eye(2)
     np.testing.assert_array_equal(

@@ -256,10 +256,10 @@ def test_means_and_arrivals_that_do_not_follow_from_the_controls_are_not_believe
     honest = straight(game)
     far = honest[0].means + np.array([0.0, 500.0])
     liar = Plan(honest[0].controls, far, 1)
-    told = evaluate(game, (liar, honest[1]))
+    reported = evaluate(game, (liar, honest[1]))
     truth = evaluate(game, honest)
-    assert told.arrival == truth.arrival or not told.feasible
-    assert told.shifted_cost[0] >= truth.shifted_cost[0] - 1e-9 or not told.feasible
+    assert reported.arrival == truth.arrival or not reported.feasible
+    assert reported.shifted_cost[0] >= truth.shifted_cost[0] - 1e-9 or not reported.feasible
 
 
 def test_a_profile_of_another_game_is_judged_by_this_one() -> None:
@@ -274,3 +274,10 @@ def test_the_bound_for_anybody_is_between_the_largest_and_the_sum(play: Play) ->
     found = evaluate(play.game, play.profile)
     assert found.risk_bound.max() <= found.risk_bound_any + 1e-12
     assert found.risk_bound_any <= found.risk_bound.sum() + 1e-12
+
+
+@given(plays(missing=True))
+def test_feasibility_is_the_absence_of_violations_for_any_agents(play: Play) -> None:
+    evaluation = evaluate(play.game, play.profile)
+    for agents in (None, (), (0,), range(len(play.game.agents))):
+        assert evaluation.is_feasible(agents) == (not evaluation.violations(agents))

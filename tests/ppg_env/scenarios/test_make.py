@@ -70,7 +70,7 @@ def test_nothing_in_a_call_is_executed(tmp_path: Path) -> None:
     assert not mark.exists()
 
 
-def test_an_unknown_scenario_is_told_the_nearest_name() -> None:
+def test_the_error_of_an_unknown_scenario_names_the_nearest_one() -> None:
     with pytest.raises(InputError, match="'intersection3'"):
         make_game("intersecton3")
     with pytest.raises(InputError, match="head_on"):

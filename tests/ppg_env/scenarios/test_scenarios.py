@@ -24,13 +24,13 @@ from ppg_env.scenarios.registry import OTHERS, load_registry, registry
 PACKAGE = importlib.import_module("ppg_env.scenarios")  # the name ppg_env.scenarios is the function
 
 
-def test_nobody_overlaps_at_the_start(game: Game) -> None:
+def test_no_agents_overlap_at_the_start(game: Game) -> None:
     for encounter in game.encounters:
         places = [game.agents[i].start[: game.dim] for i in encounter.agents]
         assert encounter.collision.clearance(encounter.displacement(*places)) > 0
 
 
-def test_nobody_has_to_stop_inside_an_obstacle(game: Game) -> None:
+def test_no_agent_has_to_stop_inside_an_obstacle(game: Game) -> None:
     for agent in game.agents:
         for obstacle in game.obstacles:
             assert collision_set(agent.shape, obstacle).clearance(agent.goal) > 0
@@ -43,7 +43,7 @@ def test_every_goal_can_be_reached_with_time_to_give_way(game: Game) -> None:
         assert first < game.horizon
 
 
-def test_everybody_has_a_straight_plan_that_arrives(game: Game) -> None:
+def test_every_agent_has_a_straight_plan_that_arrives(game: Game) -> None:
     profile = tuple(straight_plan(agent, game.horizon) for agent in game.agents)
     assert None not in profile
     found = evaluate(game, profile)  # type: ignore[arg-type]
@@ -159,7 +159,7 @@ def test_a_scenario_is_a_documented_function_of_typed_arguments_with_defaults(na
 
 
 @pytest.mark.parametrize("n", range(1, 21))
-def test_a_circle_leaves_room_for_everybody_and_time_to_cross_it(n: int) -> None:
+def test_a_circle_leaves_room_for_all_agents_and_time_to_cross_it(n: int) -> None:
     game = make_game(f"circle({n})", speed="l1")
     assert len(game.agents) == n
     for encounter in game.encounters:
