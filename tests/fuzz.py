@@ -11,6 +11,7 @@ import re
 import sys
 import time
 from dataclasses import dataclass, field
+from random import randrange
 
 import pytest
 
@@ -57,7 +58,8 @@ def main(seconds: float) -> int:
     rounds = 0
     while not exploration.over:
         rounds += 1
-        code = pytest.main(ARGUMENTS, [exploration])
+        # In another order each time, so that every test has its turn in a short box.
+        code = pytest.main([*ARGUMENTS, f"--shuffle={randrange(2**32)}"], [exploration])
         if code and not exploration.failures:
             return int(code)
     if not exploration.failures:
