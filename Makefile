@@ -61,7 +61,7 @@ $(VENV)/.demo: INSTALL := -e .[render]
 $(VENV)/.test: INSTALL := -e .[render,test,rl,cluster,parquet]
 $(VENV)/.types: INSTALL := -e .[render,test,rl]
 $(VENV)/.docs: INSTALL := -e .[docs]
-$(VENV)/.lint: INSTALL := ruff import-linter
+$(VENV)/.lint: INSTALL := ruff import-linter codespell
 $(VENV)/.demo $(VENV)/.test $(VENV)/.types $(VENV)/.docs $(VENV)/.lint: \
 		pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "Installing $(INSTALL) into $(VENV) ..."
