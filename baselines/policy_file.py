@@ -103,7 +103,7 @@ def write_learned(path: str | Path, learned: Learned) -> Path:
 
 
 def _layers(policy: Policy | None) -> dict[str, Any] | None:
-    """Return what is written of a policy besides its arrays."""
+    """Return what is written about a policy in addition to its arrays."""
     if policy is None:
         return None
     return {

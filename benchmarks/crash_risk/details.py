@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.crash_risk.query import Chance, parties
 from ppg_env.game.game import Encounter, Game
+from ppg_env.game.margins import membership
 
 if TYPE_CHECKING:
     from ppg_env.risk.monte_carlo import CrashCounts
@@ -41,7 +42,7 @@ def whom(game: Game, counts: CrashCounts) -> list[str]:
 
 def when(game: Game, counts: CrashCounts) -> list[str]:
     """Return the most frequent time of each agent's first crash, and of any first crash."""
-    own = [[i in e.agents for e in game.encounters] for i in range(len(game.agents))]
+    own = membership(game)
     rows = [*(counts.first_times[chosen].sum(axis=0) for chosen in own), counts.first_any]
     return [f"t = {row.argmax()}" if row.any() else "" for row in rows]
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 HOLDS, FAILS, DEPENDS, OPEN = "holds", "fails", "depends", "no data"
 
-TELLING = 0.05
+NOTABLE = 0.05
 """Factors that explain less than this are not named."""
 
 MOST_NAMED = 2
@@ -77,7 +77,7 @@ def verdict(cases: Sequence[Case]) -> Verdict:
     shares = {factor: _shares(cases, factor) for factor in factors}
     # The sort is stable: ties keep the order of the factors.
     ranked = sorted(factors, key=lambda factor: -_explained(shares[factor]))
-    named = [factor for factor in ranked[:MOST_NAMED] if _explained(shares[factor]) >= TELLING]
+    named = [factor for factor in ranked[:MOST_NAMED] if _explained(shares[factor]) >= NOTABLE]
     return Verdict(DEPENDS, holding, total, {factor: shares[factor] for factor in named})
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Measurement:
     """The ``value`` of ``what``, with a ``target`` to reach, or not to exceed.
 
-    ``at_least`` tells which; a target of zero is none.
+    ``at_least`` says which; a target of zero is none.
     """
 
     what: str

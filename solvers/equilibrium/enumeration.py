@@ -26,6 +26,9 @@ from solvers.solution import Solution, Status
 PASSING = np.pi / 2
 """Two agents pass each other if their displacement turns by more than this."""
 
+NO_PASSING = "nobody passes"  # codespell:ignore nobody
+"""Name of an equilibrium in which no two agents pass; stored results have it, so it stays."""
+
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -33,7 +36,7 @@ class Equilibrium:
 
     Attributes
     ----------
-    name : who passes whom on which side, such as ``0<1 left, 1<2 right``; ``nobody passes``.
+    name : who passes whom on which side, such as ``0<1 left, 1<2 right``, or ``NO_PASSING``.
     solution : the cheapest certified profile of this kind.
     found : number of runs that ended in this kind.
     """
@@ -107,4 +110,4 @@ def passing(game: Game, profile: Profile) -> str:
         turn = float(angles[-1] - angles[0])
         if abs(turn) > PASSING:
             words.append(f"{i}<{j} {'left' if turn > 0 else 'right'}")
-    return ", ".join(words) or "nobody passes"
+    return ", ".join(words) or NO_PASSING

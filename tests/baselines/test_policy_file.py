@@ -123,9 +123,9 @@ def test_damaged_files_are_reported_in_one_sentence(file: Path, tmp_path: Path) 
 def test_a_text_that_does_not_fit_is_refused(file: Path, tmp_path: Path, change) -> None:
     with np.load(file) as arrays:
         content = dict(arrays)
-    told = json.loads(str(content["about"])) | change
+    about = json.loads(str(content["about"])) | change
     bad = tmp_path / "bad.npz"
-    np.savez(bad, **(content | {"about": np.array(json.dumps(told))}))
+    np.savez(bad, **(content | {"about": np.array(json.dumps(about))}))
     with pytest.raises(InputError, match=r"bad\.npz"):
         read_learned(bad)
 

@@ -1,4 +1,4 @@
-"""The players that come with the package: there are some for every game, and they do as told."""
+"""The players that come with the package: there are some for every game, and they fit."""
 
 from __future__ import annotations
 

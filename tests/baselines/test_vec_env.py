@@ -29,7 +29,7 @@ def rollout(env, steps, seed=0):
 
 @pytest.mark.parametrize("sharing", ["selfish", "social"])
 def test_it_is_the_pettingzoo_environment_in_slots(sharing: str) -> None:
-    """Without noise both must agree step by step, whoever finishes first."""
+    """Without noise both must agree step by step, in any order of arrival."""
     game = make_game("intersection3", speed="l1", noise=0.0)
     bridge = GameVecEnv(game, Rules(sharing=sharing), 2, shaping=False, reward_scale=1.0)
     env = parallel_env(game, sharing=sharing)
@@ -126,7 +126,7 @@ def test_lam_is_drawn_for_each_episode_seen_and_paid(game: Game) -> None:
     assert lam.max() <= 0.6
     changes = np.diff(lam[..., 0], axis=0) != 0
     np.testing.assert_array_equal(changes, done.reshape(60, 32, 2)[..., 0])
-    first = paid[0].reshape(32, 2)  # nobody can arrive or crash in the first step
+    first = paid[0].reshape(32, 2)  # no agent can arrive or crash in the first step
     np.testing.assert_allclose(first, -lam[0], rtol=1e-6)
 
 
@@ -145,7 +145,7 @@ def test_a_seed_fixes_everything(game: Game) -> None:
 
 
 def test_one_learner_begins_again_as_soon_as_it_has_finished() -> None:
-    """The others need not finish first, and a copy's partners play as they are told."""
+    """The others need not finish first, and a copy's partners play as given."""
     game = make_game("parallel", speed="l1", noise=0.0)
     env = GameVecEnv(game, copies=3, learners=[1], shaping=False, reward_scale=1.0)
     env.reset()

@@ -112,7 +112,7 @@ def test_learned_players_play_in_the_environment_only(ppg):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["--method", "magic"], "shared"),
         (["--sharing", "kind"], "social"),
@@ -124,9 +124,11 @@ def test_learned_players_play_in_the_environment_only(ppg):
     ],
     ids=" ".join,
 )
-def test_mistakes_are_told_and_leave_nothing_behind(ppg, tmp_path, monkeypatch, words, told):
+def test_mistakes_are_reported_and_leave_nothing_behind(
+    ppg, tmp_path, monkeypatch, words, reported
+):
     monkeypatch.chdir(tmp_path)
     done = ppg("train", "parallel", *words, code=2)
-    assert told in done.err
+    assert reported in done.err
     assert done.err.count("\n") == 1
     assert not list(tmp_path.iterdir())

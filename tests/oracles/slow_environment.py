@@ -122,7 +122,7 @@ class SlowGame:
 
     def settle(self, cost: np.ndarray, arrived: list[bool], crashed: list[bool]) -> Outcome:
         count, rules = len(self.place), self.rules
-        nobody = "traffic" not in self.place
+        no_agent_left = "traffic" not in self.place
         late = self.time >= rules.steps(self.game)
         out = Outcome([0.0] * count, [False] * count, [False] * count, arrived, crashed)
         for i in range(count):
@@ -131,7 +131,7 @@ class SlowGame:
             out.reward[i] = -float(cost.sum() if rules.sharing == "social" else cost[i])
             left = self.place[i] == "crashed"
             left = left or (self.place[i] == "arrived" and rules.on_goal == "remove")
-            out.terminated[i] = nobody or (left and rules.sharing == "selfish")
+            out.terminated[i] = no_agent_left or (left and rules.sharing == "selfish")
             out.truncated[i] = late and not out.terminated[i]
             self.alive[i] = not (out.terminated[i] or out.truncated[i])
         return out

@@ -1,4 +1,4 @@
-r"""Do learned selfish agents pay the same price in safety as equilibrium planners?
+r"""Price in safety of learned selfish agents, compared with equilibrium planners.
 
 Every cell is a scenario, a speed set and a lam.  Four players play it with the same noise in the
 environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and

@@ -1,4 +1,4 @@
-"""The liability lab: which liability rule restores the social optimum?
+"""The liability lab: liability rules and the social optimum.
 
 In every game, best-response dynamics find an equilibrium under every rule of
 :mod:`solvers.liability`, with the agents in the game's order and in reverse order; for right of way

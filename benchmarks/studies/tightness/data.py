@@ -1,4 +1,4 @@
-r"""How tight are the bounds on the crash probability?
+r"""Tightness of the bounds on the crash probability.
 
 Every cell is a plan, given by a scenario, a speed set, an objective, a gain, a lam and a player.
 The certified bounds of :mod:`ppg_env.risk.union_bounds` on its crash probability are compared with

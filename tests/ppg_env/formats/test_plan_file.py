@@ -70,7 +70,7 @@ def test_tampered_costs_means_and_arrivals_are_not_believed(path: Path) -> None:
     edit(path, lambda c: c.update(cost=[-9e9, -9e9], means=[[[0, 0]]], arrival=[1, 1], regret=[0]))
     again, plans, entries = read_plan(path)
     assert (again, plans) == (game, profile)
-    assert entries["cost"] == [-9e9, -9e9]  # kept for who wants it, but judged anew:
+    assert entries["cost"] == [-9e9, -9e9]  # kept, but evaluated again:
     np.testing.assert_array_equal(evaluate(again, plans).cost, evaluate(game, profile).cost)
 
 

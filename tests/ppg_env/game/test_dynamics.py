@@ -144,7 +144,7 @@ def test_plan_upper_is_never_exceeded_by_a_plan_that_arrives(dim: int, seed: int
     assert plan.arrival is not None
     directions = np.concatenate([np.eye(dim), random.standard_normal((4, dim))])
     upper = plan_upper(agent, directions, horizon)
-    near = 10 * tol.LENGTH  # a mean that close has arrived, and stays beside its goal
+    near = 10 * tol.LENGTH  # a mean that close has arrived, and stays near its goal
     assert (plan.means @ directions.T <= upper + near).all()
 
 

@@ -1,4 +1,4 @@
-"""Conformance of every scenario: what holds for one holds for the next that somebody adds."""
+"""Conformance of every scenario: what holds for one holds for the next that is added."""
 
 from __future__ import annotations
 
