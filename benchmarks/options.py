@@ -18,8 +18,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from ppg_env.errors import InputError
+from solvers.planner_options import DEFAULTS, PlannerOptions
 
 Command = Callable[..., None]
 

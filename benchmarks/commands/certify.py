@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.options import JsonOption, PlanArgument, with_planner_options
 from benchmarks.terminal import print_json, print_table, working
+from solvers.planner_options import PlannerOptions
 
 
 @with_planner_options("charge", "solver", "time_limit", "seed")

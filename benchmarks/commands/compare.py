@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.options import (
     ArenaOption,
     GameArgument,
@@ -18,6 +17,7 @@ from benchmarks.options import (
     with_planner_options,
 )
 from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, working
+from solvers.planner_options import PlannerOptions
 
 if TYPE_CHECKING:
     from benchmarks.comparison.results import PlayerResult

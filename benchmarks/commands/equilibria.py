@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import bar, no_solution, print_json, print_table
+from solvers.planner_options import PlannerOptions
 
 if TYPE_CHECKING:
     from ppg_env.game.evaluation import Evaluation

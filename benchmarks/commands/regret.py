@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import interval, no_solution, print_json, print_table, working
+from solvers.planner_options import PlannerOptions
 
 if TYPE_CHECKING:
     from baselines.regret import RegretBound

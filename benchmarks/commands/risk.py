@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from benchmarks.options import (
     JsonOption,
     WorkersOption,
@@ -17,6 +16,7 @@ from benchmarks.options import (
     with_planner_options,
 )
 from benchmarks.terminal import no_solution, print_json, print_table, working
+from solvers.planner_options import DEFAULTS, PlannerOptions
 
 if TYPE_CHECKING:
     from benchmarks.crash_risk.query import RiskQuery, RiskReport

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import PlannerOptions, refuse_unused
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
 from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
+from solvers.planner_options import PlannerOptions, refuse_unused
 
 if TYPE_CHECKING:
     from ppg_env.game.game import Game

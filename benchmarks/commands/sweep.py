@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from benchmarks.options import (
     JobsOption,
     JsonOption,
@@ -18,6 +17,7 @@ from benchmarks.options import (
     with_planner_options,
 )
 from benchmarks.terminal import NO_SOLUTION, bar, print_json
+from solvers.planner_options import DEFAULTS, PlannerOptions
 
 if TYPE_CHECKING:
     from benchmarks.sweeps import Cell, Row

@@ -23,7 +23,6 @@ from baselines.evaluate_runs import (
     evaluate_rare_runs,
     evaluate_runs,
 )
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.comparison.players import RECEDING, Entrant, entrant
 from benchmarks.comparison.results import CONFIDENCE, Played, PlayerResult
 from ppg_env.env.episodes import trajectories
@@ -32,6 +31,7 @@ from ppg_env.game.game import Game
 from ppg_env.risk.importance_sampling import IN_SIGHT, crash_weights
 from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.support.statistics import Estimate, Interval, RareEstimate
+from solvers.planner_options import PlannerOptions
 
 FEW = 10
 """With fewer counted crashes the rare-event method of ``ppg risk`` is used."""

@@ -9,13 +9,13 @@ from functools import partial
 
 from baselines.policy_file import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
-from benchmarks.comparison import planner_options
-from benchmarks.comparison.planner_options import PlannerOptions
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
+from solvers import planner_options
+from solvers.planner_options import PlannerOptions
 from solvers.solution import Solution, Status
 
 ARENAS = ("schedule", "env")

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.comparison.players import Entrant
 from benchmarks.terminal import outward, probability
 from ppg_env.game.game import Encounter, Game
 from ppg_env.game.plan import Profile
+from solvers.planner_options import PlannerOptions
 
 
 @dataclass(frozen=True)

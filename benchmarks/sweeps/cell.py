@@ -20,12 +20,12 @@ from typing import Any
 
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.comparison.players import FILE, check_arena, chosen_player, find_player
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
+from solvers.planner_options import PlannerOptions
 
 FORMAT = 2
 """Raise it whenever a cell gives another row than before, so that old rows are not found."""

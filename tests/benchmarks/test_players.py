@@ -7,9 +7,9 @@ import inspect
 import pytest
 
 from benchmarks.commands import VERBS
-from benchmarks.comparison.planner_options import DEFAULTS, PlannerOptions
 from benchmarks.comparison.players import PLAYERS, RECEDING, entrant, find_player
 from ppg_env import make_game
+from solvers.planner_options import DEFAULTS, PlannerOptions
 
 OTHER = {
     "time_limit": 9.0,

@@ -71,11 +71,11 @@ def cells(choice: Choice) -> list[BoundsCell]:
 
 def run_cell(cell: BoundsCell, episodes: int, seed: int) -> StudyRow:
     """Plan, bound and count; a row without ``bounds`` has the ``reason`` why there is no plan."""
-    from benchmarks.comparison.planner_options import PlannerOptions
     from benchmarks.comparison.players import entrant
     from ppg_env.risk.monte_carlo import crash_counts
     from ppg_env.risk.union_bounds import risk_bounds
     from ppg_env.support.statistics import proportion
+    from solvers.planner_options import PlannerOptions
 
     game = cell.game()
     row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}

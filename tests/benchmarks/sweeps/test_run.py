@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from benchmarks.comparison.compare import compare
-from benchmarks.comparison.planner_options import PlannerOptions
 from benchmarks.comparison.results import comparison_report
 from benchmarks.sweeps import Cell, Store, run, sweep
 from benchmarks.sweeps.run import part, play
@@ -23,6 +22,7 @@ from ppg_env import InputError, make_game
 from ppg_env.formats.game_file import game_from_tables, game_to_toml
 from ppg_env.game.polytope import Polytope
 from solvers import best_response_dynamics
+from solvers.planner_options import PlannerOptions
 from tests.benchmarks.sweeps.conftest import quick, timeless
 
 ROOT = Path(__file__).parents[3]
