@@ -97,7 +97,7 @@ def test_sigkill_loses_nothing_but_the_last_interval(ppg, tmp_path: Path) -> Non
     assert killed.returncode == -signal.SIGKILL
     assert kept.exists()
     assert not out.exists()
-    assert "going on" in ppg(*words, out).err
+    assert "continuing" in ppg(*words, out).err
     assert not kept.parent.exists()
     ppg(*words, whole)
     with np.load(out) as one, np.load(whole) as two:

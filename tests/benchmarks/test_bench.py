@@ -35,7 +35,7 @@ def test_sweeps_are_measured(ppg):
 
 
 @pytest.mark.slow
-def test_the_engine_is_measured_beside_highs(ppg):
+def test_the_engine_is_measured_against_highs(ppg):
     rows = ppg("bench", "engine", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)
     assert "median ms" in text

@@ -100,7 +100,7 @@ def test_people_get_a_table_and_a_picture_and_no_probability_of_zero(ppg, tmp_pa
     assert str(picture) in done.err
 
 
-def test_a_picture_is_written_beside_the_json_only_when_asked(ppg, tmp_path, monkeypatch):
+def test_a_picture_is_written_with_json_only_when_asked(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "circle(2)", "--players", "straight,social", "--episodes", "100"]
     assert ppg(*words, "--json").json["rows"]
@@ -125,7 +125,7 @@ def test_the_note_fits_into_one_line_with_every_mark(arena):
     assert len(NOTE.format(episodes=200_000, where=WHERE[arena], stars=marks)) <= 120
 
 
-def test_a_table_and_a_picture_leave_out_nobody_who_failed(ppg, tmp_path):
+def test_a_table_and_a_picture_include_failed_players(ppg, tmp_path):
     words = ["--horizon", "9", "--speed", "l1", "--episodes", "100", "--out", tmp_path / "a.png"]
     done = ppg("compare", "head_on", *words)
     assert all(player in done.out for player in PLAYERS)
@@ -133,7 +133,7 @@ def test_a_table_and_a_picture_leave_out_nobody_who_failed(ppg, tmp_path):
     picture_size(tmp_path / "a.png")
 
 
-def test_when_nobody_has_a_plan_the_exit_code_is_3(ppg, tmp_path):
+def test_when_no_player_has_a_plan_the_exit_code_is_3(ppg, tmp_path):
     report = compare(ppg, "head_on", "--horizon", "7", code=3)
     assert {row["status"] for row in report["rows"]} == {"unreachable"}
     picture = tmp_path / "none.png"
@@ -142,7 +142,7 @@ def test_when_nobody_has_a_plan_the_exit_code_is_3(ppg, tmp_path):
     assert not picture.exists()
 
 
-def test_nobody_with_a_plan_and_a_picture_asked_for_is_no_traceback(ppg, tmp_path):
+def test_a_picture_without_any_plan_is_no_traceback(ppg, tmp_path):
     picture = tmp_path / "none.png"
     compare(ppg, "head_on", "--horizon", "7", "--out", str(picture), code=3)
     assert not picture.exists()

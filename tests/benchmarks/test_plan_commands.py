@@ -155,7 +155,7 @@ def test_players_without_plans_are_counted_in_the_environment(ppg, learned_file)
     assert "has no plan" in ppg(*game, "--method", "exact", code=2).err
 
 
-def test_who_plans_anew_on_the_way_is_played_in_the_environment(ppg):
+def test_replanning_players_play_in_the_environment(ppg):
     game = ["risk", "intersection", "--speed", "l1", "--player", "receding"]
     assert ppg(*game, "--episodes", "20", "--json").json["details"]["arena"] == "env"
     assert "receding, which has no plan" in ppg(*game, "--method", "bound", code=2).err

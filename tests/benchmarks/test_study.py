@@ -39,7 +39,7 @@ def row(scenario, cost, risk, paired=-0.1):
 
 
 @pytest.mark.slow
-def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
+def test_a_study_is_stored_reported_and_drawn(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = ppg("study", "learned", *FEW)
     assert "parallel" in done.out
@@ -154,7 +154,7 @@ def test_mistakes_are_reported_in_one_line(ppg, tmp_path, monkeypatch, words, me
     assert "Traceback" not in done.err
 
 
-def test_the_study_of_bounds_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch):
+def test_the_study_of_bounds_is_stored_reported_and_drawn(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["study", "tightness", "--scenarios", "intersection", "--lams", "0.8"]
     words += ["--episodes", "2000"]

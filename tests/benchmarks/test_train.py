@@ -16,7 +16,7 @@ SHORT = ("--steps", str(ROLLOUT))
 pytestmark = pytest.mark.usefixtures("short_trainings")
 
 
-def test_a_training_is_written_told_and_played(ppg, tmp_path, monkeypatch):
+def test_a_training_is_written_reported_and_played(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = ppg("train", "intersection", "--speed", "l1", "--seeds", "2", *SHORT)
     assert "out/intersection-ppo-selfish.npz" in done.err

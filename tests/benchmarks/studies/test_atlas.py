@@ -27,7 +27,7 @@ def test_few_agents_move_in_all_orders_and_many_in_some():
         assert orders <= set(permutations(range(len(cells[0].game.agents))))
 
 
-def test_names_are_told_from_the_plans_in_the_rows(whole):
+def test_names_follow_from_the_plans_in_the_rows(whole):
     rows = whole(study.STUDY)
     known = [data.digest(stored) for stored in rows]
     assert {one["kind"] for one in known} == {"0<1 left", "0<1 right"}

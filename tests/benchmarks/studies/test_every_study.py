@@ -24,7 +24,7 @@ FEW = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SWEPT)
-def test_a_study_is_stored_told_and_drawn(ppg, tmp_path, monkeypatch, store, whole, name):
+def test_a_study_is_stored_reported_and_drawn(ppg, tmp_path, monkeypatch, store, whole, name):
     study = find_study(name)
     whole(study)
     monkeypatch.chdir(tmp_path)
@@ -84,7 +84,7 @@ def test_markdown_has_a_rule_and_escapes_bars():
     ]
 
 
-def test_what_is_not_there_is_told_in_a_sentence(tmp_path):
+def test_a_missing_file_is_one_sentence(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
         study_markdown("price", tmp_path / "none.json", "words")
     with pytest.raises(InputError, match="question or words or tables"):

@@ -45,7 +45,7 @@ def test_tau_is_that_of_pairs_counted_one_by_one(pairs):
 
 
 @given(rated)
-def test_every_pair_told_apart_is_right_tied_or_wrong(pairs):
+def test_every_distinguished_pair_is_right_tied_or_wrong(pairs):
     rows = [plan(score + 1.0, chance / 10) for score, chance in pairs]
     (game,) = games(rows)
     apart = [(a, b) for a, b in combinations(pairs, 2) if a[1] != b[1]]

@@ -72,7 +72,7 @@ def test_results_of_another_study_are_refused(tmp_path):
     json.loads(results.read_text())
 
 
-def test_crashes_never_seen_are_told_by_their_limit():
+def test_crashes_never_seen_are_reported_by_their_limit():
     assert chance(crashing(0.0, 0.0, 3.7e-5)) == "<4e-5"
     assert chance(crashing(0.0, 0.0213, 0.03)) == "2.1e-2"
 

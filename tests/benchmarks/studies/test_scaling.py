@@ -31,7 +31,7 @@ def test_rows_have_their_seconds_and_their_machine(whole):
         assert "processors" in known["machine"]
 
 
-def test_planners_are_told_up_to_the_largest_game_that_they_were_done_with():
+def test_planners_are_reported_up_to_the_largest_game_that_they_finished():
     rows = [
         row(2, "nash", 0.1, risk=0.5),
         row(2, "social", 0.5, cost=8.0, risk=0.1, status="optimal"),

@@ -79,7 +79,7 @@ def test_the_arena_is_the_environment_if_a_player_needs_it():
     assert {cell.arena for cell in Grid(("head_on",), players=names[:1]).cells()} == {"schedule"}
 
 
-def test_games_and_sweeps_are_told_apart(file):
+def test_games_and_sweeps_are_distinguished(file):
     assert is_grid(str(file))
     assert not is_grid(str(file.with_name("own.toml")))
     assert not is_grid("head_on")

@@ -106,7 +106,7 @@ def test_merging_takes_what_is_missing_or_failed(row, path, tmp_path):
         assert store.addresses(failed=False) == {one.address, two.address}
 
 
-def test_a_full_disk_is_told_and_loses_nothing(row, path):
+def test_a_full_disk_is_reported_and_loses_nothing(row, path):
     first, *others = some(row, 200)
     with Store(path) as store:
         store.put(first)
@@ -121,7 +121,7 @@ def test_a_full_disk_is_told_and_loses_nothing(row, path):
         assert others[-1] in store.rows()
 
 
-def test_a_locked_store_is_told_and_loses_nothing(row, path):
+def test_a_locked_store_is_reported_and_loses_nothing(row, path):
     one, two = some(row, 2)
     with Store(path, patience=0.05) as store:
         store.put(one)

@@ -74,7 +74,7 @@ def test_a_plan_is_tracked_inside_its_sets_and_costs_what_was_planned() -> None:
         np.testing.assert_allclose(actions[:arrival, 0, i], solution.profile[i].controls[:arrival])
 
 
-def test_plans_made_anew_later_reckon_with_the_sets_to_come() -> None:
+def test_later_plans_use_the_sets_to_come() -> None:
     game = crossing()
     profile = social_optimum(game).profile
     actions = played(game, list(receding_horizon(game, profile, every=2)))

@@ -32,7 +32,7 @@ def test_each_copy_is_paid_by_its_own_lam() -> None:
 LAMS = np.array([0.1, 0.5, 0.9])
 
 
-def test_a_selection_of_copies_begins_anew() -> None:
+def test_a_selection_of_copies_restarts() -> None:
     simulator = Simulator(make_game("parallel"), copies=4, seed=1)
     first = simulator.reset().copy()
     for _ in range(3):

@@ -326,7 +326,7 @@ def test_a_window_keeps_the_pace_once_per_step(pygame: Any) -> None:
     env.close()
 
 
-def test_no_display_is_told_in_a_sentence(pygame: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_display_is_one_sentence(pygame: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setenv("SDL_VIDEODRIVER", "none_such")
         with pytest.raises(InputError, match=r"no display; set DISPLAY, or use 'rgb_array'"):

@@ -270,7 +270,7 @@ def test_a_profile_of_another_game_is_judged_by_this_one() -> None:
 
 
 @given(plays(scale="exact"))
-def test_the_bound_for_anybody_is_between_the_largest_and_the_sum(play: Play) -> None:
+def test_the_bound_for_any_agent_is_between_the_largest_and_the_sum(play: Play) -> None:
     found = evaluate(play.game, play.profile)
     assert found.risk_bound.max() <= found.risk_bound_any + 1e-12
     assert found.risk_bound_any <= found.risk_bound.sum() + 1e-12

@@ -137,7 +137,7 @@ def test_bodies_without_volume_cannot_meet() -> None:
         Game((agent(0, shape=point), agent(5, shape=point)))
 
 
-def test_override_checks_anew() -> None:
+def test_replace_checks_again() -> None:
     with pytest.raises(InputError, match="lam"):
         replace(agent(), lam=1.5)
     assert replace(agent(), lam=0.25).lam == 0.25

@@ -101,7 +101,7 @@ def test_estimates_are_never_above_the_union_bound(play: Play) -> None:
     assert found.any.value <= most * judged.risk_bound_any * (1 + 1e-5) + 1e-9
 
 
-def test_a_small_risk_beside_a_large_one_is_estimated_too() -> None:
+def test_a_small_risk_next_to_a_large_one_is_estimated_too() -> None:
     # Two pairs, far from each other: 1e-3 for one and 1e-9 for the other.
     game = make_game("parallel", noise=1.846)
     places = [([10.0, y], [95.0, y]) for y in (70.0, 47.0, 500.0, 464.5)]
@@ -146,7 +146,7 @@ def test_a_probability_too_small_for_a_number_is_not_called_zero() -> None:
     assert found.any.trusted
 
 
-def test_without_anybody_to_meet_nobody_crashes() -> None:
+def test_without_encounters_no_agent_crashes() -> None:
     game = Game((make_game("head_on").agents[0],))
     found = rare_risk(game, fly(game), 100)
     assert found.any.value == found.agents[0].value == 0

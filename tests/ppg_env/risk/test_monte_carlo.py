@@ -177,7 +177,7 @@ def test_no_crash_seen_still_has_a_positive_upper_limit() -> None:
         assert 0 < estimate.high < 0.004
 
 
-def test_without_anybody_to_meet_nobody_crashes() -> None:
+def test_without_encounters_no_agent_crashes() -> None:
     agent = make_game("head_on").agents[0]
     counts = crash_counts(Game((agent,)), straight(Game((agent,))), 100)
     assert counts.any == 0
