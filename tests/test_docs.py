@@ -61,7 +61,10 @@ def words(command: str) -> list[str]:
 
 def takes_long(page: Path) -> bool:
     """Whether the commands of a page take more than a few seconds, even shortened."""
-    return page.name in ("README.md", "learning.md") or page.parent.name == "studies"
+    return (
+        page.name in ("README.md", "learning.md", "risk.md", "sweeps.md")
+        or page.parent.name == "studies"
+    )
 
 
 @pytest.mark.usefixtures("short_trainings")
@@ -78,7 +81,9 @@ def test_commands_run_in_the_order_of_the_page(
         ppg(*words(command))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", slow_if(lambda page: page.name == "learning.md", PAGES), ids=lambda page: page.name
+)
 def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for block in blocks(page, "python"):
@@ -169,7 +174,9 @@ def sweep_lines(table: str) -> list[tuple[list[str], list[float]]]:
     return found
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", slow_if(lambda page: page.name == "learning.md", PAGES), ids=lambda page: page.name
+)
 def test_printed_studies_are_what_their_results_say(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -43,7 +43,10 @@ def test_other_games_have_none() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    slow_if(lambda path: "l1-ppo-selfish" not in path.stem, available()),
+    slow_if(
+        lambda path: path.stem not in ("head_on-l1-ppo-selfish", "intersection3-l1-ppo-selfish"),
+        available(),
+    ),
     ids=lambda path: path.stem,
 )
 def test_published_figures_are_replayed(path) -> None:

@@ -17,6 +17,7 @@ from baselines import ppo_shared, sac_single
 from baselines.training_loop import Args, Turn, fingerprint, in_pieces
 from ppg_env import Game, InputError, make_game
 from tests.baselines.small import ROLLOUT
+from tests.marks import first
 
 ROOT = Path(__file__).parents[2]
 METHODS = {  # functions, and steps for several turns and checkpoints of a shortened training
@@ -32,7 +33,7 @@ class KilledError(Exception):
 
 
 @pytest.mark.usefixtures("short_trainings")
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", first(2, METHODS))
 def test_a_training_repeats_and_goes_on_after_a_kill(
     game: Game, tmp_path: Path, method: str
 ) -> None:

@@ -46,6 +46,7 @@ def test_costs_and_regrets_of_rows_are_those_of_their_rules(whole):
         assert known["regret"] == pytest.approx(proof.epsilon, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_no_rule_is_cheaper_than_the_proved_optimum(whole):
     rows = [data.digest(stored) for stored in whole(study.STUDY)]
     found = [game for some in data.games(rows).values() for game in some]

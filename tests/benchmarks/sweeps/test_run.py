@@ -76,6 +76,7 @@ def test_start_and_order_reach_the_planner(store):
     assert (row.start, row.order) == ("sequential", "1,0")
 
 
+@pytest.mark.slow
 def test_groups_give_planners_the_noise_of_learners(store):
     base = Cell("parallel", "ppo-social", {"speed": "l1"}, arena="env", episodes=100, groups=5)
     learned, planned = sweep([base, replace(base, player="social")], store)

@@ -14,6 +14,7 @@ from scipy.special import log_ndtr
 from ppg_env import InputError, Polytope
 from ppg_env.risk.overlap import log_best_face, log_overlap
 from ppg_env.risk.polytope_probability import log_interval
+from tests.marks import first
 from tests.ppg_env.strategies import bodies, covariances
 
 TURN = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)
@@ -80,7 +81,7 @@ def test_a_case_turned_by_45_degrees_agrees_with_the_box(distance: float) -> Non
     assert found == pytest.approx(straight, rel=1e-10, abs=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", first(2, range(6)))
 def test_any_polygon_and_noise_agree_with_nested_integrals(seed: int) -> None:
     random = np.random.default_rng(seed)
     hull = Polytope.from_vertices(random.normal(size=(7, 2)) * 6)
