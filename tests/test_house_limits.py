@@ -6,7 +6,6 @@ import ast
 import statistics
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from textwrap import dedent
 
@@ -29,7 +28,6 @@ def relative(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-@cache
 def parse(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
