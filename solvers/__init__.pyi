@@ -8,5 +8,6 @@ from .feedback.receding_horizon import RecedingHorizon as RecedingHorizon
 from .feedback.receding_horizon import receding_horizon as receding_horizon
 from .optimum.joint import potential_equilibrium as potential_equilibrium
 from .optimum.joint import social_optimum as social_optimum
+from .planner_options import PlannerOptions as PlannerOptions
 from .solution import Solution as Solution
 from .solution import Status as Status

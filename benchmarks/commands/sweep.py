@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -135,7 +136,8 @@ def sweep(
     given = {name: value for name, value in vars(planner).items() if value != DEFAULTS[name]}
     grid = _grid(games or [], overrides, values or [], axes.words() | given)
     cells = part(grid.cells(), *_shard(run.shard))
-    refuse_unused(planner, grid.players)
+    for start, order, charge in product(grid.starts, grid.orders, grid.charges):
+        refuse_unused(replace(planner, start=start, order=order, charge=charge), grid.players)
     path = run.path()
     if run.export is not None:
         check_export(run.export)

@@ -30,7 +30,7 @@ FILE = ".npz"
 
 @dataclass(frozen=True)
 class PlayerEntry:
-    """What is known of a player before it plays.
+    """Static description of a player.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class Entrant:
 
     Attributes
     ----------
-    name : the name that was asked for.
+    name : the requested name.
     solution : its plans, for planners.
     learned : its policies, for learners.
     """

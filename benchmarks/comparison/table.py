@@ -107,5 +107,7 @@ def _star(played: Played) -> str:
 
 
 def _interval(interval: Interval) -> str:
-    half = max(interval.high - interval.value, interval.value - interval.low)
-    return f"{interval.value:.3f} ± {half:.3f}"
+    """Return a value and half its interval, rounded up so that the printed interval holds it."""
+    centre = f"{interval.value:.3f}"
+    half = max(interval.high - float(centre), float(centre) - interval.low)
+    return f"{centre} ± {outward(half, '.3f', up=True)}"

@@ -1,4 +1,4 @@
-"""What ``ppg risk`` asks of a method, and what a method reports."""
+"""Query and report of the methods of ``ppg risk``."""
 
 from __future__ import annotations
 

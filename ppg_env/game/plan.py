@@ -43,7 +43,7 @@ Profile = tuple[Plan, ...]
 
 def make_plan(agent: Agent, controls: Any) -> Plan:
     """Return the plan of ``controls`` (H, m) applied from the agent's start until it arrives."""
-    controls = np.array(controls, dtype=np.float64)
+    controls = np.array(finite_array(controls, "controls", "write rows of finite numbers"))
     means = rollout(agent, controls)
     miss = np.abs(means @ goal_selector(agent).T - agent.goal).max(axis=1)
     at_goal = np.flatnonzero(miss <= tol.LENGTH)

@@ -19,6 +19,9 @@ from ppg_env.errors import require
 BLOCK = 1024
 """Episodes per block: small enough for the cache, large enough to hide Python's overhead."""
 
+MOST_SAMPLES = 10**10
+"""Largest number of episodes, about an hour of plain ones; counts stay far below 2^63."""
+
 AHEAD = 4
 """Largest number of pending blocks per worker; bounds the memory for any number of episodes."""
 
@@ -43,8 +46,13 @@ class Scratch:
 
 
 def check_request(samples: int, seed: int) -> None:
-    """Raise :class:`InputError` for less than one sample or a negative seed."""
-    require(samples >= 1, "samples", f"is {samples}", "ask for at least one episode")
+    """Raise :class:`~ppg_env.errors.InputError` for a number of samples or a seed out of range."""
+    require(
+        1 <= samples <= MOST_SAMPLES,
+        "samples",
+        f"is {samples}",
+        f"ask for 1 to {MOST_SAMPLES:,} episodes",
+    )
     require(seed >= 0, "seed", f"is {seed}", "give a number that is not negative")
 
 

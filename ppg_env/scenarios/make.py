@@ -35,6 +35,9 @@ SPEEDS: dict[str, Callable[[float, int], Polytope]] = {
 TOP_SPEED = 10.0
 BODY_SIDE = 15.0
 
+MOST_AGENTS = 1000
+"""Largest n of a family: half a million encounters."""
+
 LONGEST_CALL = 200
 """Characters read of a scenario's call: no call needs more, and the parser has limits."""
 
@@ -185,8 +188,21 @@ def _course(text: str) -> Course:
     positional, named = _arguments(text, name, signature) if "(" in text else ([], {})
     for key, value in signature.bind(*positional, **named).arguments.items():
         _check_argument(text, key, value, signature.parameters[key].annotation in ("int", int))
-    with placed(repr(text), ": "):
-        return function(*positional, **named)
+    try:
+        with placed(repr(text), ": "):
+            course = function(*positional, **named)
+    except InputError:
+        raise
+    except Exception as error:  # a mistake in the scenario's file, not in the call
+        problem = f"fails with {type(error).__name__}: {error}"
+        raise InputError(repr(text), f"{problem:.200}", f"fix {_file_of(function)}") from None
+    if not isinstance(course, Course):
+        raise InputError(repr(text), "returns no Course", f"fix {_file_of(function)}")
+    return course
+
+
+def _file_of(function: Callable[..., Course]) -> str:
+    return inspect.getsourcefile(function) or function.__module__
 
 
 def _scenario(text: str, name: str) -> Callable[..., Course]:
@@ -225,9 +241,10 @@ def _arguments(
 def _check_argument(text: str, key: str, value: Any, whole: bool) -> None:
     kinds = (int,) if whole else (int, float, type(None))
     fits = isinstance(value, kinds) and not isinstance(value, bool)
+    largest = MOST_AGENTS if key == "n" else tol.LARGEST
     require(
-        fits and (value is None or abs(value) <= tol.LARGEST),
+        fits and (value is None or abs(value) <= largest),
         repr(text),
         f"has {key} = {value!r:.40}",
-        f"write a {'whole number' if whole else 'number'} of at most {tol.LARGEST:g} in size",
+        f"write a {'whole number' if whole else 'number'} of at most {largest:g} in size",
     )

@@ -46,7 +46,7 @@ def load_registry() -> Registry:
     for name in sorted(names, key=lambda name: (name != "paper", name)):
         try:
             functions |= _scenarios_of(importlib.import_module(f"{package.__name__}.{name}"))
-        except Exception as error:  # any error of a scenario file is reported, none propagates
+        except (Exception, SystemExit) as error:  # a broken file is reported, whatever it raises
             problem = " ".join(f"{type(error).__name__}: {error}".split())
             broken.append(f"the scenario file {_path(package, name)} is broken ({problem:.200})")
     return Registry(functions, tuple(broken))

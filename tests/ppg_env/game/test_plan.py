@@ -111,3 +111,10 @@ def test_straight_plans_stay_in_their_control_sets(game: Game) -> None:
         np.testing.assert_allclose(
             plan.means[: plan.arrival + 1], agent.start + steps * way, atol=1e-9
         )
+
+
+@pytest.mark.parametrize("control", [np.inf, np.nan, 1e308, 10**400, 1j, "x"])
+def test_controls_that_are_no_numbers_are_refused(control):
+    agent = make_game("head_on").agents[0]
+    with pytest.raises(InputError, match="controls"):
+        make_plan(agent, [[control, 0.0]] * 3)

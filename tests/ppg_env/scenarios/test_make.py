@@ -12,6 +12,7 @@ CALLS_REFUSED = [
     "circle(",
     "circle)",
     "circle(0)",
+    "circle(99999999)",
     "circle(-3)",
     'circle("a")',
     "circle(2.5)",

@@ -115,6 +115,7 @@ BROKEN = {
     ),
     "no annotation": (f"{IMPORT}def f(n=3) -> Course: ...", "argument n of f has no annotation"),
     "no return": (f"{IMPORT}def f(n: int = 3): ...", "f is not annotated to return a Course"),
+    "exit": ("raise SystemExit(3)", "SystemExit: 3"),
     "several lines": ("raise OSError('one\\ntwo')", "OSError: one two"),
 }
 
@@ -178,3 +179,14 @@ def test_the_printed_coordinates_of_the_paper() -> None:
     assert len(make_game("intersection").agents) == 2
     assert len(make_game("intersection3").agents) == 3
     assert make_game("course").obstacles
+
+
+@pytest.mark.parametrize(
+    ("body", "problem"), [("1 / 0", "ZeroDivisionError"), ("5", "returns no Course")]
+)
+def test_a_scenario_that_fails_is_one_sentence(body: str, problem: str, extra: Path) -> None:
+    path = extra / "failing_one.py"
+    path.write_text(f"{IMPORT}def fails() -> Course:\n    return {body}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=problem) as refused:
+        make_game("fails")
+    assert str(path) in str(refused.value)
