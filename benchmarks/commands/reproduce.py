@@ -117,7 +117,7 @@ def reproduce(
 
 
 def _write(reproduction: Reproduction, page: str | None, figures: str | None) -> None:
-    """Write the report, and the figures where they are asked for."""
+    """Write the report, and the figures if requested."""
     from benchmarks.figures import write_figure
     from benchmarks.output_paths import own_folder
     from benchmarks.reproduction.page import write_page

@@ -91,9 +91,9 @@ def risk(
         if query.profile is not None:
             violations = evaluate(query.game, query.profile).violations()
         query = _with_request(query, request, status)
-        begun = monotonic()
+        started = monotonic()
         report = getattr(import_module(METHODS[request.method]), request.method)(query)
-        seconds = monotonic() - begun
+        seconds = monotonic() - started
     if violations:
         typer.echo(f"ppg: {subject} is no valid plan: {'; '.join(violations)}.", err=True)
     if as_json:

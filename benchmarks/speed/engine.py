@@ -52,9 +52,9 @@ def _best_responses(quick: bool) -> Iterator[Measurement]:
         straight = tuple(plan for plan in plans if plan is not None)
         for solver, times in spent.items():
             for _ in range(2):  # the first one compiles
-                begun = perf_counter()
+                started = perf_counter()
                 minimise(objective.selfish(game, 0), (0,), straight, solver, Budget(None))
-            times.append(perf_counter() - begun)
+            times.append(perf_counter() - started)
     ratios = np.array(spent["HIGHS"]) / np.array(spent[ENGINE])
     milliseconds = 1e3 * median(spent[ENGINE])
     yield Measurement("best response, two agents: median ms", milliseconds, 20)
@@ -78,9 +78,9 @@ def _joint(game: Game, label: str, rivals: Mapping[str, float]) -> Iterator[Meas
 
 def _social(game: Game, solver: str) -> tuple[SearchResult, float]:
     agents, weights = range(len(game.agents)), objective.social(game)
-    begun = perf_counter()
+    started = perf_counter()
     result = minimise(weights, agents, None, solver, Budget(PATIENCE))
-    return result, perf_counter() - begun
+    return result, perf_counter() - started
 
 
 def _installed(solver: str) -> bool:

@@ -123,9 +123,9 @@ def tracking_seconds(hundreds: int, seed: int) -> float:
     game = make_game("opposing")
     players = straight_players(game)
     evaluate(game, players, 10, seed)
-    begun = perf_counter()
+    started = perf_counter()
     evaluate(game, players, 100 * hundreds, seed)
-    return perf_counter() - begun
+    return perf_counter() - started
 
 
 def jaxmarl(steps: int) -> float:
@@ -147,9 +147,9 @@ def jaxmarl(steps: int) -> float:
     run = jax.jit(lambda s, k: jax.lax.scan(advance, s, k))
     chain = jax.random.split(jax.random.PRNGKey(1), steps)
     jax.block_until_ready(run(state, chain))
-    begun = perf_counter()
+    started = perf_counter()
     jax.block_until_ready(run(state, chain))
-    return COPIES * env.num_agents * steps / (perf_counter() - begun)
+    return COPIES * env.num_agents * steps / (perf_counter() - started)
 
 
 def vmas(steps: int) -> float:
@@ -186,10 +186,10 @@ def mpe2(steps: int) -> float:
 
 def _seconds(work: Callable[[int], object], steps: int) -> float:
     work(0)
-    begun = perf_counter()
+    started = perf_counter()
     for k in range(steps):
         work(k)
-    return perf_counter() - begun
+    return perf_counter() - started
 
 
 def _if_installed(rival: Callable[[int], float], steps: int) -> float | None:

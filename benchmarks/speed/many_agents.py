@@ -57,10 +57,10 @@ class _Timed(RecedingHorizon):
     spent: list[float]
 
     def act(self, view: View) -> np.ndarray:
-        begun, due = perf_counter(), self._due(view)
+        started, due = perf_counter(), self._due(view)
         action = super().act(view)
         if due:
-            self.spent.append((perf_counter() - begun) / due)
+            self.spent.append((perf_counter() - started) / due)
         return action
 
     def _due(self, view: View) -> int:

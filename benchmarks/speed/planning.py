@@ -65,9 +65,9 @@ def _straight(game: Game) -> Profile:
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    begun = perf_counter()
+    started = perf_counter()
     work()
-    return perf_counter() - begun
+    return perf_counter() - started
 
 
 def _python(code: str) -> float:

@@ -80,9 +80,9 @@ def _splitting(episodes: int, seed: int) -> Iterator[Measurement]:
     for size, noise in RARE.items():
         game = side_by_side(Polytope.box([15.0] * 2), noise)
         players = [track(game, straight(game))]
-        begun = perf_counter()
+        started = perf_counter()
         risk = evaluate_rare_runs(game, players, episodes, seed)
-        seconds, what = perf_counter() - begun, f"splitting at {size}, {risk.samples:,} episodes"
+        seconds, what = perf_counter() - started, f"splitting at {size}, {risk.samples:,} episodes"
         yield Measurement(f"{what}: std. error, %", _error(risk), 0, True)
         yield Measurement(f"{what}: s", seconds, 0, True)
 
@@ -118,7 +118,7 @@ def best(work: Callable[[], object], repeats: int) -> float:
     work()
     spent = []
     for _ in range(repeats):
-        begun = perf_counter()
+        started = perf_counter()
         work()
-        spent.append(perf_counter() - begun)
+        spent.append(perf_counter() - started)
     return min(spent)

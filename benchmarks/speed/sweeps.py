@@ -85,6 +85,6 @@ def _ms(work: Callable[[], object], count: int) -> float:
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    begun = perf_counter()
+    started = perf_counter()
     work()
-    return perf_counter() - begun
+    return perf_counter() - started

@@ -26,9 +26,9 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
         learner = make_learner(args)
         take_turns(args, [learner], [Turn(0, 1)])  # compile, warm up
         spent = _timed(learner.env, "step_wait", "step_async")
-        begun = perf_counter()
+        started = perf_counter()
         take_turns(args, [learner], [Turn(0, rollouts)])
-        total = perf_counter() - begun
+        total = perf_counter() - started
     steps = rollouts * learner.rollout
     yield Measurement("thousand environment steps per second", steps / total / 1e3, 15, True)
     yield Measurement("environment's share of the time, %", 100 * sum(spent) / total, 10)
@@ -40,11 +40,11 @@ def _timed(thing: Any, *methods: str) -> list[float]:
 
     def wrapped(method: Any) -> Any:
         def call(*args: Any) -> Any:
-            begun = perf_counter()
+            started = perf_counter()
             try:
                 return method(*args)
             finally:
-                spent.append(perf_counter() - begun)
+                spent.append(perf_counter() - started)
 
         return call
 

@@ -114,7 +114,7 @@ def play(task: Task) -> Report:
     Errors are part of the report.
     """
     cell, address = task
-    begun = perf_counter()
+    started = perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SpectralRadiusWarning)  # shown where the cell was made
@@ -128,7 +128,7 @@ def play(task: Task) -> Report:
     except Exception as error:  # a failing cell is a row
         text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         report = _failure(text)
-    return report | {"seconds": perf_counter() - begun}
+    return report | {"seconds": perf_counter() - started}
 
 
 def _played(cell: Cell) -> Report:

@@ -63,14 +63,14 @@ def each_done(
     left = dict.fromkeys(range(len(items)))  # in order
     with _workers(backend, jobs) as count:
         while left:
-            begun: list[int] = []
-            results = _mapped(work, items, left, count, begun)
+            started: list[int] = []
+            results = _mapped(work, items, left, count, started)
             try:
                 for k, result in results:
                     del left[k]
                     yield items[k], result
             except BrokenProcessPool:
-                for k in begun:
+                for k in started:
                     if k in left:
                         del left[k]
                         yield items[k], _run_alone(work, items[k])
@@ -90,15 +90,15 @@ def _mapped(
     items: Sequence[Item],
     which: Iterable[int],
     count: int,
-    begun: list[int],
+    started: list[int],
 ) -> Generator[tuple[int, Result], None, None]:
-    """Yield results with their indices; ``begun`` collects the items handed to a worker."""
+    """Yield results with their indices; ``started`` collects the items handed to a worker."""
     from joblib import Parallel, delayed
     from joblib.parallel import LokyBackend, get_active_backend
 
     def tasks(some: Iterable[int]) -> Iterator[Any]:
         for k in some:
-            begun.append(k)
+            started.append(k)
             yield delayed(_indexed)(work, k, items[k], parent)
 
     local = isinstance(get_active_backend()[0], LokyBackend)

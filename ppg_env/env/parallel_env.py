@@ -122,7 +122,7 @@ class PathPlanningEnv(ParallelEnv):
         }
         self.state_space = Box(-np.inf, np.inf, self.state().shape, np.float32)
         self._viewer: Any = None
-        self._begun = False
+        self._was_reset = False
 
     @property
     def rules(self) -> Rules:
@@ -155,7 +155,7 @@ class PathPlanningEnv(ParallelEnv):
             require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
             self.simulator.seed(int(seed))
         observation = self.simulator.reset()[0]
-        self.agents, self._begun = self.possible_agents[:], True
+        self.agents, self._was_reset = self.possible_agents[:], True
         if self._viewer is not None:
             self._viewer.record(self.simulator)
         if self.render_mode == "human":
@@ -174,7 +174,7 @@ class PathPlanningEnv(ParallelEnv):
     ]:
         """Move every living agent; ``actions`` has one entry for each."""
         require(isinstance(actions, dict), "actions", "are not a dict", "write {agent: action}")
-        require(self._begun, "step", "comes before the first reset", "call reset first")
+        require(self._was_reset, "step", "comes before the first reset", "call reset first")
         acting = self.agents
         if not acting:
             require(
@@ -218,7 +218,7 @@ class PathPlanningEnv(ParallelEnv):
                 stacklevel=2,
             )
             return None
-        require(self._begun, "render", "comes before the first reset", "call reset first")
+        require(self._was_reset, "render", "comes before the first reset", "call reset first")
         if self._viewer is None:
             from ppg_env.env.viewer import Viewer
 

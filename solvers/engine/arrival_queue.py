@@ -40,7 +40,7 @@ class ArrivalQueue:
         return self._heap[0][0] if self._heap else float("inf")
 
     def push(self, bound: float, arrivals: Mapping[int, int], tree: BranchAndBound | None) -> None:
-        """Queue a presolved vector with a bound, and with the search that was begun."""
+        """Queue a presolved vector with a bound, and with the search that was started."""
         times = tuple(arrivals[i] for i in self._subproblem.movers)
         heapq.heappush(self._heap, (bound, next(self._order), times, None, tree))
 

@@ -57,6 +57,6 @@ def start_profile(rule: Liability, start: str | Profile) -> tuple[Profile, set[i
 
 
 def absent_plan(agent: Agent, horizon: int) -> Plan:
-    """Return a placeholder that is never in traffic, for an agent that has no plan."""
+    """Return a stand-in plan that is never in traffic, for an agent without a plan."""
     means = np.tile(agent.start, (horizon + 1, 1))
     return Plan(frozen_array(np.zeros((horizon, agent.control_dim))), frozen_array(means), 0)

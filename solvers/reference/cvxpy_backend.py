@@ -69,7 +69,7 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
 
     ``time_limit`` is in seconds; None is no limit.
     """
-    begun = monotonic()
+    started = monotonic()
     try:
         # cvxpy warns of limits, which the answer reports; Gurobi prints its licence to stdout.
         with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
@@ -77,7 +77,7 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
             problem.solve(solver=solver, warm_start=False, **_options(solver, time_limit))
     except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
         # SCIP through cvxpy raises when the time limit comes before the first incumbent.
-        late = time_limit is not None and monotonic() - begun >= 0.9 * time_limit
+        late = time_limit is not None and monotonic() - started >= 0.9 * time_limit
         detail = f"{type(failure).__name__}: {failure}"
         return Answer("none" if late else "error", float("-inf"), detail)
     stats, status = problem.solver_stats, str(problem.status)
