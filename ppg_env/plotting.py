@@ -28,7 +28,7 @@ def draw_game(axes: Axes, game: Game) -> None:
     from matplotlib.patches import Polygon
 
     for obstacle in game.obstacles:
-        axes.add_patch(Polygon(outline(obstacle.vertices), color="0.75", zorder=0))
+        axes.add_patch(Polygon(outline(obstacle.vertices_at(0)), color="0.75", zorder=0))
     for i, agent in enumerate(game.agents):
         colour = COLOURS[i % len(COLOURS)]
         _body(axes, agent.shape.vertices, agent.start[: game.dim], colour, 0.15)

@@ -3,9 +3,9 @@ r"""Liability rules: which agent pays which share of the losses of an encounter.
 With u_i = 1 - lam_i, the losses c_ij of a pair harm i by u_i c_ij and j by u_j c_ij.  Under a rule,
 agent i pays
 
-    P_i = lam_i T_i + u_i o_i + sum_j w_ij c_ij,     w_ij = own_ij u_i + other_ij u_j,
+    P_i = lam_i T_i + u_i o_i + f_i + sum_j w_ij c_ij,     w_ij = own_ij u_i + other_ij u_j,
 
-where o_i are its losses from static obstacles, which harm no other agent.
+where o_i are its losses from obstacles, which harm no other agent, and f_i is its effort.
 
     rule            own  other
     selfish           1      0   every agent pays its own harm: P_i = J_i
@@ -17,7 +17,7 @@ Agents have the right of way in the order of the game, unless ``right-of-way:2-0
 
 Potential.  If there are d_i > 0 with w_ij / d_i = w_ji / d_j for every pair, then
 
-    Phi = sum_i (lam_i T_i + u_i o_i) / d_i + sum_{i<j} (w_ij / d_i) c_ij
+    Phi = sum_i (lam_i T_i + u_i o_i + f_i) / d_i + sum_{i<j} (w_ij / d_i) c_ij
 
 falls by 1/d_i times what agent i gains.  ``selfish`` has d_i = u_i; ``pigou`` has d_i = 1, and Phi
 is the social cost; ``partial:a`` with equal lam has d_i = 1, and Phi is the social cost with each
@@ -39,7 +39,7 @@ import numpy as np
 
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
-from ppg_env.game.objective import Objective
+from ppg_env.game.objective import Objective, efforts
 
 RULES = "selfish, pigou, partial:0.5, right-of-way or right-of-way:1-0"
 """Examples of all rules, for messages."""
@@ -80,7 +80,8 @@ class Liability:
             if agent in encounter.agents:
                 others = [j for j in encounter.agents if j != agent]
                 weights[e] = self._pair[agent, others[0]] if others else 1 - self._lams[agent]
-        return Objective(self.game, time, weights)
+        effort = np.where(np.arange(len(self.game.agents)) == agent, efforts(self.game), 0.0)
+        return Objective(self.game, time, weights, effort)
 
     @cached_property
     def potential(self) -> Objective | None:
@@ -91,7 +92,10 @@ class Liability:
         ends = [(e.agents[0], e.agents[-1]) for e in self.game.encounters]
         pairs = [self._pair[i, j] if i != j else 1 - self._lams[i] for i, j in ends]
         return Objective(
-            self.game, self._lams / scale, np.array(pairs) / scale[[i for i, _ in ends]]
+            self.game,
+            self._lams / scale,
+            np.array(pairs) / scale[[i for i, _ in ends]],
+            efforts(self.game) / scale,
         )
 
     @property

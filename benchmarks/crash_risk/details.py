@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.crash_risk.query import Chance, parties
-from ppg_env.game.game import Encounter, Game
+from ppg_env.game.encounter import Encounter
+from ppg_env.game.game import Game
 from ppg_env.game.margins import membership
 
 if TYPE_CHECKING:

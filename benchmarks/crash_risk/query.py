@@ -8,7 +8,8 @@ from typing import Any
 
 from benchmarks.comparison.players import Entrant
 from benchmarks.terminal import outward, probability
-from ppg_env.game.game import Encounter, Game
+from ppg_env.game.encounter import Encounter
+from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.planner_options import PlannerOptions
 

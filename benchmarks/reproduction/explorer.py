@@ -71,7 +71,7 @@ def _panel(panel: Panel) -> dict[str, Any]:
         **_names(place),
         "bodies": [_points(outline(agent.shape.vertices)) for agent in game.agents],
         "goals": [_place(agent.goal[: game.dim]) for agent in game.agents],
-        "obstacles": [_points(outline(obstacle.vertices)) for obstacle in game.obstacles],
+        "obstacles": [_points(outline(obstacle.vertices_at(0))) for obstacle in game.obstacles],
         "view": _view(game, [plan for some in plans.values() for plan in some]),
         "plans": plans,
     }
@@ -103,7 +103,7 @@ def _view(game: Game, plans: Sequence[dict[str, Any]]) -> list[float]:
 
     The view is that of the whole panel, so that it stays the same for all lam.
     """
-    corners = [outline(obstacle.vertices) for obstacle in game.obstacles]
+    corners = [outline(obstacle.vertices_at(0)) for obstacle in game.obstacles]
     for i, agent in enumerate(game.agents):
         body = outline(agent.shape.vertices)
         reached = [path for plan in plans if "paths" in plan for path in plan["paths"][i]]

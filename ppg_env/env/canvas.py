@@ -49,7 +49,7 @@ class Sheet:
 
     def __init__(self, game: Game) -> None:
         self._dim = game.dim
-        corners = [outline(obstacle.vertices) for obstacle in game.obstacles]
+        corners = [outline(obstacle.vertices_at(0)) for obstacle in game.obstacles]
         for agent in game.agents:
             body = outline(agent.shape.vertices)
             corners += [
@@ -84,7 +84,7 @@ class Sheet:
         unit = _round_length(self._extent.max() / 5)
         self._draw_grid(canvas, unit)
         for obstacle in game.obstacles:
-            canvas.polygon(self.at(outline(obstacle.vertices)), WALL, WALL_EDGE, 1.6)
+            canvas.polygon(self.at(outline(obstacle.vertices_at(0))), WALL, WALL_EDGE, 1.6)
         for agent, colour in zip(game.agents, colours, strict=True):
             canvas.disc(self.point(agent.start), 5.0, WHITE, mix(colour, 0.7), 1.8)
         self._draw_scale(canvas, unit)

@@ -15,17 +15,29 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.formats.obstacle_tables import obstacle_table, read_obstacles
 from ppg_env.formats.polytope_tables import (
     control_tables,
     read_control,
     read_shape,
+    read_within,
     require_table,
     shape_table,
+    within_tables,
 )
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 
-GAME_KEYS = ("horizon", "margin_cap", "objective", "crash_cost", "scale", "name")
+GAME_KEYS = (
+    "horizon",
+    "margin_cap",
+    "objective",
+    "crash_cost",
+    "scale",
+    "collisions",
+    "on_goal",
+    "name",
+)
 AGENT_KEYS = tuple(field.name for field in fields(Agent))
 
 
@@ -37,7 +49,7 @@ def read_game(path: str | Path) -> Game:
     InputError
         If the file is missing, is not TOML, or does not describe a game.
     """
-    return game_from_tables(read_tables(path), str(path))
+    return game_from_tables(read_tables(path), str(path), collisions="swept")
 
 
 def read_tables(path: str | Path) -> dict[str, Any]:
@@ -64,13 +76,16 @@ def read_tables(path: str | Path) -> dict[str, Any]:
         ) from None
 
 
-def game_from_tables(tables: Mapping[str, Any], source: str) -> Game:
+def game_from_tables(
+    tables: Mapping[str, Any], source: str, *, collisions: str = "instants"
+) -> Game:
     """Return the game that ``tables`` (as parsed from TOML or JSON) describe.
 
     Parameters
     ----------
     tables : the tables ``game``, ``agent`` and ``obstacle``.
     source : name of their file, the place of any error.
+    collisions : the rule of tables that name none.
 
     Raises
     ------
@@ -78,7 +93,7 @@ def game_from_tables(tables: Mapping[str, Any], source: str) -> Game:
         If they do not describe a game.
     """
     with placed(source, ": "):
-        return _game(tables)
+        return _game(tables, collisions)
 
 
 def game_to_tables(game: Game) -> dict[str, Any]:
@@ -89,7 +104,7 @@ def game_to_tables(game: Game) -> dict[str, Any]:
         "agent": [_agent_table(agent) for agent in game.agents],
     }
     if game.obstacles:
-        tables["obstacle"] = [shape_table(obstacle) for obstacle in game.obstacles]
+        tables["obstacle"] = [obstacle_table(obstacle) for obstacle in game.obstacles]
     return tables
 
 
@@ -100,9 +115,9 @@ def game_to_toml(game: Game) -> str:
     return tomli_w.dumps(game_to_tables(game))
 
 
-def _game(tables: Mapping[str, Any]) -> Game:
+def _game(tables: Mapping[str, Any], collisions: str) -> Game:
     _check_keys(tables, ("game", "agent", "obstacle"), "", "the file")
-    head = require_table(tables.get("game", {}), "game")
+    head = {"collisions": collisions, **require_table(tables.get("game", {}), "game")}
     _check_keys(head, GAME_KEYS, "game", "[game]")
     agents, obstacles = [], []
     for i, table in enumerate(_list_of_tables(tables.get("agent", []), "agent")):
@@ -110,7 +125,7 @@ def _game(tables: Mapping[str, Any]) -> Game:
             agents.append(_agent(table))
     for k, table in enumerate(_list_of_tables(tables.get("obstacle", []), "obstacle")):
         with placed(f"obstacle[{k}]"):
-            obstacles.append(read_shape(table))
+            obstacles += read_obstacles(table)
     try:
         return Game(agents=tuple(agents), obstacles=tuple(obstacles), **head)
     except InputError as error:  # the place is game.horizon, not horizon
@@ -126,6 +141,8 @@ def _agent(table: Mapping[str, Any]) -> Agent:
         values["shape"] = read_shape(table["shape"])
     inputs = _width(table["B"]) if "B" in table else _length(table["start"])
     values["control"] = read_control(table["control"], inputs)
+    if "within" in table:
+        values["within"] = read_within(table["within"])
     return Agent(**values)
 
 
@@ -146,6 +163,11 @@ def _agent_table(agent: Agent) -> dict[str, Any]:
         table["B"] = agent.B.tolist()
     if np.any(agent.sigma0):
         table["sigma0"] = np.asarray(agent.sigma0).tolist()
+    if agent.within:
+        table["within"] = within_tables(agent.within)
+    for key in ("reserve", "effort"):
+        if getattr(agent, key):
+            table[key] = getattr(agent, key)
     if agent.name is not None:
         table["name"] = agent.name
     return table

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls, checked_controls
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.validation import finite_array
@@ -84,6 +85,47 @@ def _polytope(kind: str, table: Mapping[str, Any]) -> Polytope:
     if kind == "vertices":
         return Polytope.from_vertices(table["vertices"])
     return Polytope.from_halfspaces(table["normals"], table["offsets"])
+
+
+def read_within(value: Any) -> tuple[HalfSpaces, ...]:
+    """Return the sets in which a mean stays: one table, or a list of tables that all hold.
+
+    Each is ``{ low, high }`` (inf for no limit), ``{ box = [largest values] }``, ``{ vertices }``
+    or ``{ normals, offsets }``, of positions or of whole states, with ``sigmas`` if wanted.
+
+    Raises
+    ------
+    InputError
+        If a table is not one of these.
+    """
+    listed = value if isinstance(value, list) else [value]
+    regions = []
+    for k, table in enumerate(listed):
+        with placed("within" if len(listed) == 1 else f"within[{k}]"):
+            regions.append(_region(require_table(table, "")))
+    return tuple(regions)
+
+
+def _region(table: Mapping[str, Any]) -> HalfSpaces:
+    rest = dict(table)
+    sigmas = rest.pop("sigmas", 0.0)
+    if set(rest) == {"low", "high"}:
+        return HalfSpaces.between(rest["low"], rest["high"], sigmas)
+    if set(rest) == {"normals", "offsets"}:
+        return HalfSpaces(rest["normals"], rest["offsets"], sigmas)
+    kind = _kind(rest, ("l1", "dim"))
+    if kind == "box":
+        largest = finite_array(rest["box"], "box", "write one number per component")
+        return HalfSpaces.between(-largest, largest, sigmas)
+    return HalfSpaces.of(_polytope(kind, rest) if kind != "l1" else read_shape(rest), sigmas)
+
+
+def within_tables(within: tuple[HalfSpaces, ...]) -> list[dict[str, Any]]:
+    """Return the tables of the sets in which a mean stays."""
+    return [
+        {"normals": w.normals.tolist(), "offsets": w.offsets.tolist(), "sigmas": w.sigmas}
+        for w in within
+    ]
 
 
 def shape_table(shape: Polytope) -> dict[str, Any]:

@@ -2,14 +2,16 @@ from .agent import Agent as Agent
 from .agent import SpectralRadiusWarning as SpectralRadiusWarning
 from .dynamics import covariances as covariances
 from .dynamics import rollout as rollout
+from .encounter import Encounter as Encounter
 from .evaluation import Evaluation as Evaluation
 from .evaluation import Residuals as Residuals
 from .evaluation import evaluate as evaluate
-from .game import Encounter as Encounter
 from .game import Game as Game
+from .half_spaces import HalfSpaces as HalfSpaces
 from .least_effort import straight_plan as straight_plan
 from .margins import encounter_covariances as encounter_covariances
 from .margins import profile_margins as profile_margins
+from .obstacle import Obstacle as Obstacle
 from .plan import Plan as Plan
 from .plan import Profile as Profile
 from .plan import make_plan as make_plan

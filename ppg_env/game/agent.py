@@ -10,6 +10,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import require
+from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls, checked_controls, pieces, set_at
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.frozen import Record
@@ -43,6 +44,11 @@ class Agent(Record):
     noise : (n, n) covariance added at every step; a number s stands for s I.
     A, B : (n, n) and (n, m) dynamics; identities by default.
     sigma0 : (n, n) covariance at time 0; zero by default.
+    within : sets, of positions or of whole states, in which the mean stays up to its arrival, each
+        clear of its faces by so many standard deviations (:class:`HalfSpaces`).
+    reserve : number z of standard deviations of feedback for which nominal controls leave room
+        (:mod:`ppg_env.game.reserve`).
+    effort : cost w of the sum of |u_t|_1, added to the agent's own cost.
     name : name in tables and figures; ``agent_<i>`` by default.
 
     Raises
@@ -63,6 +69,9 @@ class Agent(Record):
     A: np.ndarray = None  # type: ignore[assignment]
     B: np.ndarray = None  # type: ignore[assignment]
     sigma0: np.ndarray = 0.0  # type: ignore[assignment]
+    within: tuple[HalfSpaces, ...] = ()
+    reserve: float = 0.0
+    effort: float = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -77,6 +86,11 @@ class Agent(Record):
         self._put_matrices(self.state_dim, self.control_dim)
         self._put("goal", _checked_goal(self.goal, self.state_dim, self.dim))
         self._put("lam", _checked_lam(self.lam))
+        self._put("within", _checked_within(self.within, self.dim, self.state_dim))
+        for key in ("reserve", "effort"):
+            value = finite_number(getattr(self, key), key, "write a number such as 2.0")
+            require(value >= 0, key, f"is {value:g}", "write a number that is not negative")
+            self._put(key, value)
         require(
             self.name is None or (isinstance(self.name, str) and bool(self.name.strip())),
             "name",
@@ -181,3 +195,22 @@ def _checked_lam(value: Any) -> float:
         f"keep lam / (1 - lam) within {tol.LARGEST:g}",
     )
     return lam
+
+
+def _checked_within(value: Any, d: int, n: int) -> tuple[HalfSpaces, ...]:
+    regions = tuple(value) if isinstance(value, (list, tuple)) else (value,)
+    for k, region in enumerate(regions):
+        place = f"within[{k}]" if len(regions) > 1 else "within"
+        require(
+            isinstance(region, HalfSpaces),
+            place,
+            "is not a set of half-spaces",
+            "give HalfSpaces.between(low, high), or a list of such sets",
+        )
+        require(
+            region.dim in (d, n),
+            place,
+            f"has dimension {region.dim}",
+            f"bound the {d} position components, or all {n} components of the state",
+        )
+    return regions

@@ -5,9 +5,11 @@ Every value is recomputed from the game and the controls; no result of a solver 
     sigma_p(t)^2 = a_p' (Sigma_i(t) + Sigma_j(t)) a_p
     s_e(t) = min(M', max_p (a_p' (r_i - r_j) - b_p) / (sqrt(2) sigma_p(t)))   in traffic, else M'
     G_i = - sum_t sum_e s_e(t)             deficit_i = sum_t sum_e (M' - s_e(t))
-    J_i = lam_i T_i + (1 - lam_i) G_i      (risk: kappa sum g(s) for G_i)
+    J_i = lam_i T_i + (1 - lam_i) G_i + w_i sum_t |u_it|_1      (risk: kappa sum g(s) for G_i)
 
-A pair is in traffic at t iff t < T_i and t < T_j; an agent and an obstacle iff t < T_i.
+A pair is in traffic at t iff t < T_i and t < T_j (where bodies stay: or), an agent and an obstacle
+iff t < T_i.  With ``collisions="swept"``, t counts steps, with their margins m(t) and 2 g(m) for
+g(s) (:mod:`ppg_env.game.margins`, :mod:`ppg_env.game.objective`).
 ``scale="paper"`` drops the sqrt(2), as the paper's programs do; sum g is then not a bound.
 """
 
@@ -24,8 +26,16 @@ from ppg_env.game import objective
 from ppg_env.game.dynamics import goal_selector, rollout
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import excess
-from ppg_env.game.margins import in_traffic, mean_displacements, membership, profile_margins
+from ppg_env.game.margins import (
+    in_traffic,
+    mean_displacements,
+    membership,
+    over_events,
+    profile_margins,
+)
 from ppg_env.game.plan import Profile, make_profile
+from ppg_env.game.reserve import planned_controls
+from ppg_env.game.workspace import workspace_excess
 
 
 @dataclass(frozen=True)
@@ -34,12 +44,14 @@ class Residuals:
 
     Attributes
     ----------
-    control : (N,) largest distance of a control beyond a face of its step's U.
+    control : (N,) largest distance of a control beyond a face of its step's U, less the reserve.
+    within : (N,) largest distance of a mean beyond a face of its workspace, sigmas included.
     goal : (N,) largest component by which the mean misses the goal, at arrival or at the end.
-    overlap : (E,) largest penetration of the means in traffic.
+    overlap : (E,) largest penetration of the means in traffic; of the best face during a step.
     """
 
     control: np.ndarray
+    within: np.ndarray
     goal: np.ndarray
     overlap: np.ndarray
 
@@ -51,14 +63,16 @@ class Evaluation:
     Attributes
     ----------
     arrival : per agent, the arrival T_i; None if its mean never reaches the goal.
-    margins : (E, H+1) margin s, at its cap out of traffic, in the order of ``game.encounters``.
+    margins : (E, H+1) margin of each event, an instant or the step that starts there; at its cap
+        out of traffic, in the order of ``game.encounters``.
     traffic : (E, H+1) whether the encounter is in traffic.
     safety_cost : (N,) G_i = -sum s.
     deficit : (N,) sum of M' - s.
     cost, shifted_cost : (N,) J_i, with G_i and with the deficit; infinite without arrival.
         For the objective ``risk`` both are lam T + (1 - lam) kappa sum g.
-    risk_sum : (N,) sum of g(s) in traffic.
-    risk_sum_any : sum of g(s) in traffic over all encounters.
+    effort : (N,) sum of |u_t|_1.
+    risk_sum : (N,) sum of g(s) in traffic; of 2 g(m) over steps.
+    risk_sum_any : the same sum over all encounters.
     potential : Phi of the profile.
     residuals : violations of the constraints.
     """
@@ -69,6 +83,7 @@ class Evaluation:
     traffic: np.ndarray
     safety_cost: np.ndarray
     deficit: np.ndarray
+    effort: np.ndarray
     risk_sum: np.ndarray
     risk_sum_any: float
     cost: np.ndarray
@@ -100,6 +115,8 @@ class Evaluation:
         for i in sorted(chosen):
             if self.residuals.control[i] > tol.CONTROL:
                 yield "control", i
+            if self.residuals.within[i] > tol.LENGTH:
+                yield "within", i
             if self.arrival[i] is None:
                 yield "goal", i
         for e, encounter in enumerate(self.game.encounters):
@@ -110,6 +127,8 @@ class Evaluation:
         names, residuals = self.game.agent_names, self.residuals
         if kind == "control":
             return f"a control of {names[k]} leaves its set by {residuals.control[k]:.3g}"
+        if kind == "within":
+            return f"the mean of {names[k]} leaves its workspace by {residuals.within[k]:.3g}"
         if kind == "goal":
             miss = f"{residuals.goal[k]:.3g}"
             return f"the mean of {names[k]} misses its goal by {miss} within the horizon"
@@ -117,7 +136,9 @@ class Evaluation:
         parties = [names[i] for i in encounter.agents]
         if encounter.obstacle is not None:
             parties.append(f"obstacle {encounter.obstacle}")
-        return f"the means of {' and '.join(parties)} overlap by {residuals.overlap[k]:.3g}"
+        between = " between two steps" if self.game.collisions == "swept" else ""
+        depth = f"{residuals.overlap[k]:.3g}"
+        return f"the means of {' and '.join(parties)} overlap{between} by {depth}"
 
     @property
     def risk_bound(self) -> np.ndarray:
@@ -150,7 +171,7 @@ class Evaluation:
 
     def weighted(self, weights: objective.Objective) -> float:
         """Return the value of an objective at this profile; infinite without arrival."""
-        return _weighted(weights, self.arrival, self._losses)
+        return _weighted(weights, self.arrival, self._losses, self.effort)
 
     @property
     def _losses(self) -> np.ndarray:
@@ -178,14 +199,15 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
     traffic = in_traffic(game, arrival)
     margins = np.where(traffic, profile_margins(game, profile), game.margin_cap)
     losses = np.where(traffic, objective.loss(game, margins), 0.0).sum(axis=1)
-    risks = np.where(traffic, objective.crash_risk(margins), 0.0).sum(axis=1)
+    risks = np.where(traffic, objective.event_risk(game, margins), 0.0).sum(axis=1)
+    effort = np.array([np.abs(plan.controls).sum() for plan in profile])
     member = membership(game)  # (N, E)
     deficit = _sums(member, (game.margin_cap - margins).sum(axis=1))
-    full = member.sum(axis=1) * game.margin_cap * (game.horizon + 1)  # sum of margins at the cap
-    shifted = _selfish_costs(game, arrival, losses)
+    full = member.sum(axis=1) * game.margin_cap * margins.shape[1]  # sum of margins at the cap
+    shifted = _selfish_costs(game, arrival, losses, effort)
     potential = np.inf
     if None not in arrival:
-        potential = _weighted(objective.potential(game), arrival, losses)
+        potential = _weighted(objective.potential(game), arrival, losses, effort)
     return Evaluation(
         game=game,
         arrival=arrival,
@@ -193,6 +215,7 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
         traffic=traffic,
         safety_cost=deficit - full,
         deficit=deficit,
+        effort=effort,
         risk_sum=_sums(member, risks),
         risk_sum_any=float(risks.sum()),
         cost=shifted + _shift(game, full),
@@ -202,13 +225,14 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
     )
 
 
-def _selfish_costs(game: Game, arrival: tuple[int | None, ...], losses: np.ndarray) -> np.ndarray:
-    return np.array(
-        [
-            np.inf if arrival[i] is None else _weighted(objective.selfish(game, i), arrival, losses)
-            for i in range(len(arrival))
-        ]
-    )
+def _selfish_costs(
+    game: Game, arrival: tuple[int | None, ...], losses: np.ndarray, effort: np.ndarray
+) -> np.ndarray:
+    costs = np.full(len(arrival), np.inf)
+    for i, time in enumerate(arrival):
+        if time is not None:
+            costs[i] = _weighted(objective.selfish(game, i), arrival, losses, effort)
+    return costs
 
 
 def _shift(game: Game, full: np.ndarray) -> np.ndarray | float:
@@ -219,13 +243,16 @@ def _shift(game: Game, full: np.ndarray) -> np.ndarray | float:
 
 
 def _weighted(
-    weights: objective.Objective, arrival: tuple[int | None, ...], losses: np.ndarray
+    weights: objective.Objective,
+    arrival: tuple[int | None, ...],
+    losses: np.ndarray,
+    effort: np.ndarray,
 ) -> float:
     timed = [i for i, tau in enumerate(weights.time) if tau > 0]
     if any(arrival[i] is None for i in timed):
         return float("inf")
     spent = sum(weights.time[i] * arrival[i] for i in timed)
-    return float(spent + _sums(weights.encounter, losses))
+    return float(spent + _sums(weights.encounter, losses) + _sums(weights.effort, effort))
 
 
 def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -234,15 +261,18 @@ def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:
-    control, goal = np.zeros(len(profile)), np.zeros(len(profile))
+    control, within, goal = np.zeros((3, len(profile)))
     for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
         end = game.horizon if plan.arrival is None else plan.arrival
-        control[i] = max(0.0, excess(agent.control, plan.controls[:end]))
+        sets = planned_controls(agent, game.horizon)
+        control[i] = max(0.0, excess(sets, plan.controls[:end]))
+        within[i] = max(0.0, workspace_excess(agent, plan.means[: end + 1]))
         mean = rollout(agent, plan.controls[:end])[-1]
         goal[i] = float(np.abs(goal_selector(agent) @ mean - agent.goal).max())
     overlap, displacements = np.zeros(len(game.encounters)), mean_displacements(game, profile)
     for e, encounter in enumerate(game.encounters):
-        where = displacements[e, traffic[e]]
-        if len(where):
-            overlap[e] = max(0.0, -float(encounter.collision.clearance(where).min()))
-    return Residuals(control, goal, overlap)
+        collision, events = encounter.collision, np.flatnonzero(traffic[e])
+        clear = displacements[e] @ collision.normals.T - collision.offsets
+        during = over_events(game, clear)[events].max(axis=1)
+        overlap[e] = max(0.0, -float(during.min(initial=0.0)))
+    return Residuals(control, within, goal, overlap)

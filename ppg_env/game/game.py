@@ -1,8 +1,12 @@
-"""The game as data: agents, static obstacles, and how time and safety are counted.
+"""The game as data: agents, obstacles, and how time and safety are counted.
 
 Agent i moves by  x_{t+1} = A x_t + B u_t + w_t,  w_t ~ N(0, noise),  and corrects its errors by
 u = ubar - gain (x - xbar).  The first d components of x are its reference position, d being the
 dimension of its shape; it overlaps agent j iff (x_i - x_j)[:d] lies in K_ij = C_j + (-C_i).
+
+Bodies must keep apart at the time steps only (``collisions="instants"``, the paper's rule), or on
+the straight lines between them too (``"swept"``).  An arrived body leaves (``on_goal="remove"``,
+the paper's rule), or stays parked and in the way (``"stay"``).
 
 Planners, simulators and figures are built from a :class:`Game`; this module contains none.
 """
@@ -19,14 +23,24 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import check_growth
+from ppg_env.game.checks import check_agents, check_encounters
+from ppg_env.game.encounter import Encounter
 from ppg_env.game.input_sets import LONGEST_HORIZON
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope, collision_set
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import finite_number
 
 OBJECTIVES = ("margin", "risk")
 SCALES = ("exact", "paper")
+COLLISIONS = ("instants", "swept")
+ON_GOAL = ("remove", "stay")
+CHOICES = {
+    "objective": OBJECTIVES,
+    "scale": SCALES,
+    "collisions": COLLISIONS,
+    "on_goal": ON_GOAL,
+}
 
 WIDEST_CAP = 26.0
 """Above it the crash risk (1 - erf s)/2 is zero in double precision."""
@@ -39,36 +53,39 @@ class Game(Record):
     Attributes
     ----------
     agents : one or more agents, all in the same d dimensions.
-    obstacles : static polytopes in d dimensions.
+    obstacles : obstacles in d dimensions; a polytope stands for an obstacle at rest.
     horizon : last step H; times are 0..H.
     objective : ``margin`` (the paper's) or ``risk`` (expected crash cost).
     margin_cap : cap M' on margins; by default 3 for ``margin`` and 5 for ``risk``.
     crash_cost : kappa, the cost of a crash in ``risk`` and in the environment's reward.
     scale : ``exact``, or ``paper`` to reproduce the paper's missing sqrt(2).
+    collisions : ``instants`` (bodies keep apart at the time steps) or ``swept`` (and between them).
+    on_goal : ``remove`` (an arrived body leaves) or ``stay`` (it is parked, and in the way).
     name : name of the scenario or file, for tables.
 
     Raises
     ------
     InputError
-        If a field is not valid, bodies overlap at time 0, or states or errors outgrow double
-        arithmetic within the horizon.
+        If a field is not valid, or the parts do not fit (:mod:`ppg_env.game.checks`).
     """
 
     agents: tuple[Agent, ...]
-    obstacles: tuple[Polytope, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     horizon: int = 15
     objective: str = "margin"
     margin_cap: float = None  # type: ignore[assignment]  # default of the objective
     crash_cost: float = 100.0
     scale: str = "exact"
+    collisions: str = "instants"
+    on_goal: str = "remove"
     name: str | None = None
 
     def __post_init__(self) -> None:
         self._put("agents", _tuple_of(Agent, self.agents, "agent"))
-        self._put("obstacles", _tuple_of(Polytope, self.obstacles, "obstacle"))
+        self._put("obstacles", _obstacles(self.obstacles))
         require(bool(self.agents), "agent", "is missing", "describe at least one agent")
         self._put("horizon", _checked_horizon(self.horizon))
-        for key, allowed in (("objective", OBJECTIVES), ("scale", SCALES)):
+        for key, allowed in CHOICES.items():
             value = getattr(self, key)
             require(
                 isinstance(value, str) and value in allowed,
@@ -88,10 +105,8 @@ class Game(Record):
         )
         self._check_dimensions()
         self._check_names()
-        for i, agent in enumerate(self.agents):
-            with placed(f"agent[{i}]"):
-                check_growth(agent, self.horizon)
-        self._check_starts()
+        check_agents(self.agents, self.horizon)
+        check_encounters(self.agents, self.obstacles, self.encounters, self.on_goal)
 
     def _put(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)  # the dataclass is frozen
@@ -115,19 +130,6 @@ class Game(Record):
             f"has the name {min(repeated, default='')!r} twice",
             "give each agent a different name",
         )
-
-    def _check_starts(self) -> None:
-        for pair in self.encounters:
-            gap = pair.collision.clearance(
-                pair.displacement(*(self.agents[k].start[: self.dim] for k in pair.agents))
-            )
-            if gap < -tol.LENGTH:
-                first, other = self.place_names(pair)
-                raise InputError(
-                    f"{first}.start",
-                    f"overlaps {other} at time 0 by {-gap:.4g}",
-                    "move one of them away",
-                )
 
     @property
     def dim(self) -> int:
@@ -157,37 +159,14 @@ class Game(Record):
         for i, agent in enumerate(agents):
             for k, obstacle in enumerate(self.obstacles):
                 with placed(f"obstacle[{k}]"):
-                    collision = collision_set(agent.shape, obstacle)
+                    collision = collision_set(agent.shape, obstacle.shape)
                 yield Encounter((i,), k, collision)
 
-    def place_names(self, encounter: Encounter) -> tuple[str, str]:
-        """Return the two parties of an encounter as error messages name them."""
-        other = (
-            f"agent[{encounter.agents[1]}].start"
-            if encounter.obstacle is None
-            else f"obstacle[{encounter.obstacle}]"
-        )
-        return f"agent[{encounter.agents[0]}]", other
-
-
-@dataclass(frozen=True)
-class Encounter:
-    """Two bodies that must not overlap.
-
-    Attributes
-    ----------
-    agents : (i, j) with i < j, or (i,) with an obstacle.
-    obstacle : index of the obstacle, None for a pair of agents.
-    collision : K, the displacements at which they overlap.
-    """
-
-    agents: tuple[int, ...]
-    obstacle: int | None
-    collision: Polytope
-
-    def displacement(self, *positions: np.ndarray) -> np.ndarray:
-        """Return r_i - r_j of a pair's positions (..., d), or r_i where j is an obstacle."""
-        return positions[0] - positions[1] if len(positions) == 2 else positions[0]
+    def obstacle_positions(self, encounter: Encounter) -> np.ndarray:
+        """Return (H+1, d) reference positions of an encounter's obstacle; zeros for agents."""
+        if encounter.obstacle is None:
+            return np.zeros((self.horizon + 1, self.dim))
+        return self.obstacles[encounter.obstacle].positions(self.horizon)
 
 
 def _checked_horizon(value: Any) -> int:
@@ -223,3 +202,9 @@ def _tuple_of(kind: type, items: Any, place: str) -> tuple[Any, ...]:
                 f"give a list of {kind.__name__}",
             )
     return listed
+
+
+def _obstacles(items: Any) -> tuple[Obstacle, ...]:
+    listed = items if isinstance(items, (list, tuple)) else (items,)
+    wrapped = [Obstacle(item) if isinstance(item, Polytope) else item for item in listed]
+    return _tuple_of(Obstacle, wrapped, "obstacle")

@@ -8,6 +8,12 @@ A face without noise counts fully or not at all: plus infinity when it is clear 
 included), minus infinity when it is not.  :mod:`ppg_env.game.compiled_margins` states the same
 rule for compiled loops.
 
+An encounter is a sequence of events t = 0, 1, ...: the instants t, or with ``collisions="swept"``
+the steps t -> t + 1.  A face that is clear at both ends of a step is clear in between, so the
+margin of a step is
+
+    m(t) = max_p min(s_p(t), s_p(t+1)).
+
 Sizes: N agents, E encounters, F faces of an encounter, d position components, times 0..H.
 """
 
@@ -21,7 +27,8 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.dynamics import covariances
-from ppg_env.game.game import Encounter, Game
+from ppg_env.game.encounter import Encounter
+from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 
 
@@ -69,12 +76,22 @@ def membership(game: Game) -> np.ndarray:
 def end_of_traffic(
     game: Game, encounter: Encounter, arrival: Sequence[int | None] | Mapping[int, int | None]
 ) -> int:
-    """Return the first time at which an encounter is out of traffic.
+    """Return the first event of an encounter that is out of traffic, at most H + 1 (swept: H).
 
-    It is the earliest ``arrival`` of its agents, H + 1 if none of them arrives (None).
+    It is the earliest ``arrival`` of its agents; where bodies stay at their goals, it is the
+    latest, that of a moving obstacle included.  None is no arrival.  An obstacle that is gone from
+    some time on ends its encounters then.
     """
-    times = [arrival[i] for i in encounter.agents]
-    return min((t for t in times if t is not None), default=game.horizon + 1)
+    last = game.horizon + (game.collisions == "instants")
+    times = [last if (t := arrival[i]) is None else t for i in encounter.agents]
+    until = last
+    if encounter.obstacle is not None:
+        obstacle = game.obstacles[encounter.obstacle]
+        until = min(last, last if obstacle.until is None else obstacle.until)
+        if game.on_goal == "stay":
+            times.append(obstacle.rest)
+    end = max(times) if game.on_goal == "stay" else min(times)
+    return min(end, until)
 
 
 def ends_of_traffic(game: Game, arrival: Sequence[int | None]) -> np.ndarray:
@@ -84,33 +101,56 @@ def ends_of_traffic(game: Game, arrival: Sequence[int | None]) -> np.ndarray:
 
 
 def in_traffic(game: Game, arrival: Sequence[int | None]) -> np.ndarray:
-    """Return (E, H+1) whether each encounter is in traffic: t < T_i for all of its agents."""
+    """Return (E, H+1) whether each encounter is in traffic at each event."""
     return np.arange(game.horizon + 1) < ends_of_traffic(game, arrival)[:, None]
 
 
-def encounter_covariances(game: Game, encounter: Encounter) -> np.ndarray:
-    """Return (H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j."""
+def rests(
+    game: Game, encounter: Encounter, arrival: Sequence[int | None] | Mapping[int, int | None]
+) -> tuple[int, ...]:
+    """Return the time from which each agent's errors stay as they are, H if it is removed then."""
+    if game.on_goal == "remove":
+        return (game.horizon,) * len(encounter.agents)
+    times = (arrival[i] for i in encounter.agents)
+    return tuple(game.horizon if t is None else min(t, game.horizon) for t in times)
+
+
+def encounter_covariances(
+    game: Game, encounter: Encounter, rest: tuple[int, ...] | None = None
+) -> np.ndarray:
+    """Return (H+1, d, d) covariances of the displacement, Sigma_i + Sigma_j.
+
+    Those of an agent stay what they are at its ``rest`` (default: the horizon).
+    """
     positions = np.s_[:, : game.dim, : game.dim]
     total = np.zeros((game.horizon + 1, game.dim, game.dim))
-    for i in encounter.agents:
-        total += covariances(game.agents[i], game.horizon)[positions]
+    times = np.arange(game.horizon + 1)
+    for i, last in zip(encounter.agents, rest or (game.horizon,) * 2, strict=False):
+        total += covariances(game.agents[i], game.horizon)[np.minimum(times, last)][positions]
+    if encounter.obstacle is not None:
+        total += game.obstacles[encounter.obstacle].covariances(game.horizon)
     return total
 
 
-def encounter_deviations(game: Game, encounter: Encounter) -> np.ndarray:
+def encounter_deviations(
+    game: Game, encounter: Encounter, rest: tuple[int, ...] | None = None
+) -> np.ndarray:
     """Return (H+1, F) sigma_p(t), the deviation of the displacement along each face of K."""
-    normals, total = encounter.collision.normals, encounter_covariances(game, encounter)
+    normals, total = encounter.collision.normals, encounter_covariances(game, encounter, rest)
     return np.sqrt(np.maximum(np.einsum("fi,tij,fj->tf", normals, total, normals), 0.0))
 
 
 @lru_cache(maxsize=8192)
-def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
+def encounter_units(
+    game: Game, encounter: Encounter, rest: tuple[int, ...] | None = None
+) -> np.ndarray:
     """Return (H+1, F) lengths of one unit of margin; zero where there is no noise.
 
     A unit is sqrt(2) sigma_p(t), or sigma_p(t) on paper scale.  The array is read-only, since it
-    is shared by all plans.
+    is shared by all plans with the same ``rest`` (:func:`rests`).
     """
-    unit = encounter_deviations(game, encounter) * (np.sqrt(2) if game.scale == "exact" else 1.0)
+    scale = np.sqrt(2) if game.scale == "exact" else 1.0
+    unit = encounter_deviations(game, encounter, rest) * scale
     unit = np.where(unit > tol.DEVIATION, unit, 0.0)
     unit.setflags(write=False)
     return unit
@@ -119,21 +159,45 @@ def encounter_units(game: Game, encounter: Encounter) -> np.ndarray:
 def mean_displacements(game: Game, profile: Profile) -> np.ndarray:
     """Return (E, H+1, d) displacements of the plans' means in every encounter."""
     means = [plan.means[:, : game.dim] for plan in profile]
-    rows = [e.displacement(*(means[i] for i in e.agents)) for e in game.encounters]
+    rows = [
+        e.displacement(*(means[i] for i in e.agents)) - game.obstacle_positions(e)
+        for e in game.encounters
+    ]
     return np.array(rows).reshape(len(rows), game.horizon + 1, game.dim)
 
 
 def profile_margins(game: Game, profile: Profile) -> np.ndarray:
-    """Return (E, H+1) margins min(M', s) along the means, whether in traffic or not."""
+    """Return (E, H+1) margins min(M', m) of all events along the means, in traffic or not.
+
+    With ``collisions="swept"`` the last entry is at the cap: no step starts at the horizon.
+    """
     displacements = mean_displacements(game, profile)
+    arrival = [plan.arrival for plan in profile]
     result = np.empty(displacements.shape[:2])
     for row, where, encounter in zip(result, displacements, game.encounters, strict=True):
-        row[:] = margins(
+        row[:] = event_margins(
+            game,
             where @ encounter.collision.normals.T - encounter.collision.offsets,
-            encounter_units(game, encounter),
-            game.margin_cap,
+            encounter_units(game, encounter, rests(game, encounter, arrival)),
         )
     return result
+
+
+def event_margins(game: Game, clearances: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return (K,) capped margins of events from ``clearances`` and ``units`` (K, F) at instants."""
+    faces = face_margins(clearances, units)
+    best = np.minimum(over_events(game, faces).max(axis=-1), game.margin_cap)
+    if game.collisions == "swept":
+        best = np.append(best, game.margin_cap)
+    return best
+
+
+def over_events(game: Game, values: np.ndarray) -> np.ndarray:
+    """Return what ``values`` (K, F) at instants guarantee during events.
+
+    Those are the values themselves, or the lower one at the ends of each of the K - 1 steps.
+    """
+    return values if game.collisions == "instants" else np.minimum(values[:-1], values[1:])
 
 
 def face_margins(clearances: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -22,8 +22,9 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
 from ppg_env.game.dynamics import covariances
+from ppg_env.game.encounter import Encounter
 from ppg_env.game.evaluation import evaluate
-from ppg_env.game.game import Encounter, Game
+from ppg_env.game.game import Game
 from ppg_env.game.margins import encounter_covariances, mean_displacements, membership
 from ppg_env.game.plan import Profile
 from ppg_env.risk.joint_bounds import log_joint_bound

@@ -20,7 +20,7 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_game
-from ppg_env.formats.polytope_tables import read_control, read_shape
+from ppg_env.formats.polytope_tables import read_control, read_shape, read_within
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 from ppg_env.game.polytope import Polytope
@@ -73,7 +73,7 @@ def make_game(name_or_path: str | Path, **overrides: Any) -> Game:
         Any field of :class:`Game` or :class:`Agent`.  ``speed`` ('box', 'l1' or 'disc', top
         speed 10) sets the control set of a scenario.  A single value of an agent's field applies
         to all agents; a mapping from agent index to value applies to the agents it names, and
-        ``lam`` and ``gain`` may be lists of one number per agent.
+        ``lam``, ``gain``, ``reserve`` and ``effort`` may be lists of one number per agent.
 
     Raises
     ------
@@ -158,7 +158,11 @@ def _for_agent(key: str, value: Any, i: int, count: int) -> list[Any]:
         require(not strange, key, f"names agent {strange[:1]} of {count}", "count agents from 0")
         return [value[i]] if i in value else []
     listed = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim == 1)
-    if key in ("lam", "gain") and listed and all(np.ndim(item) == 0 for item in value):
+    if (
+        key in ("lam", "gain", "reserve", "effort")
+        and listed
+        and all(np.ndim(item) == 0 for item in value)
+    ):
         require(
             len(value) == count,
             key,
@@ -172,8 +176,12 @@ def _for_agent(key: str, value: Any, i: int, count: int) -> list[Any]:
 def _as_polytope(key: str, value: Any, agent: Agent) -> Any:
     """Return the polytopes of a shape or control set written as in a game file."""
     tables = value if isinstance(value, list) and value else [value]
-    if key not in ("shape", "control") or not all(isinstance(table, Mapping) for table in tables):
+    if key not in ("shape", "control", "within") or not all(
+        isinstance(table, Mapping) for table in tables
+    ):
         return value
+    if key == "within":
+        return read_within(value)
     if key == "control":
         return read_control(value, agent.control_dim)
     with placed(key):

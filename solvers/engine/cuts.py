@@ -11,7 +11,7 @@ Values are found by searches of their own, once for all arrival vectors and symm
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import inf
 
@@ -45,7 +45,7 @@ class CutPool:
     def __init__(
         self, subproblem: Subproblem, symmetries: Sequence[Symmetry], budget: Budget
     ) -> None:
-        self._subproblem, self._symmetries, self._budget = subproblem, symmetries, budget
+        self._subproblem, self._symmetries, self._budget = _losses(subproblem), symmetries, budget
         self._used_before, self._used_by_cuts = budget.used, 0
         self._values: dict[tuple[Part, PartArrivals], float] = {}
         self.parts = _triples(subproblem) or _obstacle_parts(subproblem)
@@ -111,6 +111,12 @@ class CutsAtArrivals:
 def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> float:
     """Return the LP value: a partial profile cannot be evaluated."""
     return estimate
+
+
+def _losses(subproblem: Subproblem) -> Subproblem:
+    """Return the subproblem without efforts: cuts are bounds on losses alone."""
+    losses = replace(subproblem.objective, effort=np.zeros(len(subproblem.game.agents)))
+    return Subproblem(losses, subproblem.movers, subproblem.given)
 
 
 def _weighted_encounters(subproblem: Subproblem) -> list[int]:

@@ -1,4 +1,4 @@
-"""Disjunctions: one encounter at one time, of whose faces at least one has to hold."""
+"""Disjunctions: one encounter at one event, of whose faces at least one has to hold."""
 
 from __future__ import annotations
 
@@ -8,24 +8,31 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Face:
-    """One term of a disjunction: face ``index`` p of the collision set.
+class Clearance:
+    """Clearance of a face at an instant: values . x[columns] + constant, ``unit`` per margin."""
 
-    Its clearance is values . x[columns] + constant, in ``unit`` per margin; ``least`` is the
-    smallest loss that it allows.
-    """
-
-    index: int
     columns: np.ndarray
     values: np.ndarray
     constant: float
     unit: float
+
+
+@dataclass(frozen=True)
+class Face:
+    """One term of a disjunction: face ``index`` p of the collision set.
+
+    It has one clearance at an instant, and those at both ends of a step.  ``least`` is the
+    smallest loss that it allows.
+    """
+
+    index: int
+    clearances: tuple[Clearance, ...]
     least: float
 
 
 @dataclass(frozen=True)
 class Disjunction:
-    """One encounter at one undecided time.
+    """One encounter at one undecided event, an instant or the step that starts there.
 
     Attributes
     ----------

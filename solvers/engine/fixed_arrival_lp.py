@@ -1,15 +1,16 @@
 r"""The linear program for fixed arrivals of the movers, whose faces are added as rows.
 
-    minimise    sum_e omega_e sum_t l_et
+    minimise    sum_e omega_e sum_t l_et  +  sum_i eta_i sum_t |u_it|_1
     subject to  r_i0 = start,  r_i,t+1 = A r_it + B u_it,  u_it in U_it,  r_i,T_i = goal
+                a' r_it <= limit_t                            for the faces a of its workspace
                 a_p' (r_it - r_jt) - b_p >= unit_etp s_et     for the chosen face p of (e, t)
                 l_et >= c(q) + c'(q) (s_et - q)               for tangent points q
                 0 <= s_et <= cap_et
 
-where e runs over encounters with a mover and t over the times at which it is in traffic.  Where no
-face is chosen, the margin is free up to its cap, so the program is a relaxation.  Times and faces
-that the reachable sets decide are left out (:mod:`solvers.engine.presolve`); cap_et is the largest
-margin within reach.
+where e runs over encounters with a mover and t over the events at which it is in traffic.  If the
+events are steps, a chosen face holds at both ends.  Where no face is chosen, the margin is free up
+to its cap, so the program is a relaxation.  Events and faces that the reachable sets decide are
+left out (:mod:`solvers.engine.presolve`); cap_et is the largest margin within reach.
 """
 
 from __future__ import annotations
@@ -22,9 +23,14 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
+from ppg_env.game.agent import Agent
+from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
+from ppg_env.game.input_sets import set_at
 from ppg_env.game.margins import encounter_units
-from solvers.engine.disjunction import Disjunction, Face
+from ppg_env.game.reserve import planned_controls
+from ppg_env.game.workspace import workspace_limits, workspace_rows
+from solvers.engine.disjunction import Clearance, Disjunction, Face
 from solvers.engine.presolve import PresolvedEncounter, Subproblem
 
 FIRST_TANGENTS = 6
@@ -57,7 +63,7 @@ class FixedProgram:
         self._cost: list[float] = []
         self._rows: list[tuple[list[int], list[float], float, float]] = []
         self._means: dict[int, np.ndarray] = {}
-        self._face_rows: dict[tuple[int, int], tuple[float, np.ndarray, np.ndarray]] = {}
+        self._face_rows: dict[tuple[int, int], list[tuple[float, np.ndarray, np.ndarray]]] = {}
         self.controls: dict[int, np.ndarray] = {}
         self.disjunctions: list[Disjunction] = []
         for i, end in self.arrivals.items():
@@ -83,7 +89,8 @@ class FixedProgram:
         """Add the controls and means of a mover that arrives at ``end``, and its dynamics."""
         agent = self.game.agents[i]
         n, m = agent.state_dim, agent.control_dim
-        limits = np.array([agent.control_at(t).bounds for t in range(end)]).reshape(end, 2, m)
+        sets = planned_controls(agent, self.game.horizon)
+        limits = np.array([set_at(sets, t).bounds for t in range(end)]).reshape(end, 2, m)
         u = self._columns((end, m), limits[:, 0], limits[:, 1])
         r = self._columns((end + 1, n))
         self.controls[i], self._means[i] = u, r
@@ -93,10 +100,29 @@ class FixedProgram:
             for k in range(n):
                 columns = [r[t + 1, k], *r[t], *u[t]]
                 self._row(columns, [1.0, *-agent.A[k], *-agent.B[k]], 0.0, 0.0)
-            control = agent.control_at(t)
+            control = set_at(sets, t)
             if control.kind != "box":
                 for normal, offset in zip(*control.faces, strict=True):
                     self._row(u[t], normal, -inf, float(offset))
+
+        self._add_workspace(agent, r)
+        weight = float(self.subproblem.objective.effort[i])
+        if weight > 0 and end:
+            self.add_efforts(u, weight)
+
+    def _add_workspace(self, agent: Agent, r: np.ndarray) -> None:
+        """Keep the means ``r`` (T+1, n) of an agent in its workspace."""
+        rows, limits = workspace_rows(agent), workspace_limits(agent, self.game.horizon)
+        for t, columns in enumerate(r):
+            for row, limit in zip(rows, limits[t].tolist(), strict=True):
+                self._row(columns, row, -inf, limit)
+
+    def add_efforts(self, controls: np.ndarray, weight: float) -> None:
+        """Add columns for the absolute values of ``controls``, each of cost ``weight``."""
+        sizes = self._columns(controls.shape, 0.0, inf, weight)
+        for u, size in zip(controls.ravel().tolist(), sizes.ravel().tolist(), strict=True):
+            self._row([size, u], [1.0, -1.0], 0.0, inf)
+            self._row([size, u], [1.0, 1.0], 0.0, inf)
 
     def _row(self, columns: Any, values: Any, low: float, high: float) -> None:
         """Add low <= values . x[columns] <= high."""
@@ -104,14 +130,14 @@ class FixedProgram:
         self._rows.append(([c for c, _ in pairs], [v for _, v in pairs], low, high))
 
     def _add_encounter(self, encounter: PresolvedEncounter, weight: float) -> None:
-        """Add a disjunction for each undecided time of an encounter."""
+        """Add a disjunction for each undecided event of an encounter."""
         index = encounter.index
-        units = encounter_units(self.game, self.game.encounters[index])
+        units = encounter_units(self.game, self.game.encounters[index], encounter.rest)
         for k, t in enumerate(encounter.times.tolist()):
             cap = float(encounter.cap[k])
             margin, loss = self._loss(cap, weight)
             faces = tuple(
-                self._face(encounter, k, p, float(units[t, p]))
+                self._face(encounter, k, p, units)
                 for p in np.flatnonzero(encounter.faces[k]).tolist()
             )
             lowest = self._low[loss]
@@ -135,21 +161,27 @@ class FixedProgram:
                 self._row([loss, margin], [1.0, -line[0]], line[1], inf)
         return int(margin), int(loss)
 
-    def _face(self, presolved: PresolvedEncounter, k: int, p: int, unit: float) -> Face:
-        """Return face ``p`` of the encounter at its ``k``-th undecided time."""
-        encounter, d = self.game.encounters[presolved.index], self.game.dim
-        normal, t = encounter.collision.normals[p], int(presolved.times[k])
+    def _face(self, presolved: PresolvedEncounter, k: int, p: int, units: np.ndarray) -> Face:
+        """Return face ``p`` of the encounter at its ``k``-th undecided event."""
+        encounter, t = self.game.encounters[presolved.index], int(presolved.times[k])
+        ends = (t,) if self.game.collisions == "instants" else (t, t + 1)
+        clearances = tuple(self._clearance(encounter, s, p, float(units[s, p])) for s in ends)
+        least = float(objective.loss(self.game, presolved.most[k, p]))
+        return Face(p, clearances, least)
+
+    def _clearance(self, encounter: Encounter, t: int, p: int, unit: float) -> Clearance:
+        """Return the clearance of face ``p`` at instant ``t``."""
+        normal, d = encounter.collision.normals[p], self.game.dim
         columns, values, constant = [], [], -float(encounter.collision.offsets[p])
+        if encounter.obstacle is not None:
+            constant -= float(normal @ self.game.obstacle_positions(encounter)[t])
         for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
             if i in self.arrivals:
-                columns.append(self._means[i][t, :d])
+                columns.append(self._means[i][min(t, self.arrivals[i]), :d])
                 values.append(sign * normal)
             else:
                 constant += sign * float(normal @ self.given[i].means[t, :d])
-        cap = float(presolved.cap[k])
-        most = cap if unit == 0 else min(cap, max(float(presolved.high[k, p]) / unit, 0.0))
-        least = float(objective.loss(self.game, np.array(most)))
-        return Face(p, np.concatenate(columns), np.concatenate(values), constant, unit, least)
+        return Clearance(np.concatenate(columns), np.concatenate(values), constant, unit)
 
     def face_key(self, disjunction: int, face: int) -> tuple[int, int, int]:
         """Return the encounter, the time and the index in the collision set of a face."""
@@ -171,22 +203,26 @@ class FixedProgram:
             result[i][: self.arrivals[i]] = point[columns]
         return result
 
-    def face_row(self, k: int, p: int) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return lower limit, columns and values of the row of face ``p`` of disjunction ``k``."""
+    def face_rows(self, k: int, p: int) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """Return lower limit, columns and values of the rows of face ``p`` of disjunction ``k``."""
         if (k, p) not in self._face_rows:
-            self._face_rows[k, p] = self._make_face_row(k, p)
+            disjunction = self.disjunctions[k]
+            self._face_rows[k, p] = [
+                self._face_row(disjunction, clearance)
+                for clearance in disjunction.faces[p].clearances
+            ]
         return self._face_rows[k, p]
 
-    def _make_face_row(self, k: int, p: int) -> tuple[float, np.ndarray, np.ndarray]:
-        disjunction = self.disjunctions[k]
-        face = disjunction.faces[p]
+    def _face_row(
+        self, disjunction: Disjunction, clear: Clearance
+    ) -> tuple[float, np.ndarray, np.ndarray]:
         if disjunction.margin is None:  # s = M' - loss
-            limit = face.unit * self.game.margin_cap - face.constant
-            column, value = disjunction.loss, face.unit
+            limit = clear.unit * self.game.margin_cap - clear.constant
+            column, value = disjunction.loss, clear.unit
         else:
-            limit, column, value = -face.constant, disjunction.margin, -face.unit
-        columns = np.append(face.columns, column).astype(np.int32)
-        return limit, columns, np.append(face.values, value)
+            limit, column, value = -clear.constant, disjunction.margin, -clear.unit
+        columns = np.append(clear.columns, column).astype(np.int32)
+        return limit, columns, np.append(clear.values, value)
 
     def highs_model(self) -> Any:
         """Return the program as HiGHS takes it, without faces."""

@@ -3,7 +3,8 @@ r"""The linear program of a node: the program for fixed arrivals with the faces 
 The program is kept from node to node, so that the simplex method continues from the last basis.
 Rows of three kinds are added:
 
-    faces       a_p' (r_i - r_j) - b_p >= unit_p s      while the node has chosen face p
+    faces       a_p' (r_i - r_j) - b_p >= unit_p s      while the node has chosen face p, one row
+                                                        per instant
     tangents    l >= c(q) + c'(q) (s - q)               at the margins of solutions, kept
     cuts        sum_e omega_e sum_t l_et >= least       kept
 """
@@ -76,7 +77,8 @@ class Relaxation:
             self._rows = [face for face in self._rows if face is None or face in keep]
         for face in choice:
             if face not in self._rows:
-                self._add(face, *self.program.face_row(*face))
+                for row in self.program.face_rows(*face):
+                    self._add(face, *row)
         self.active = [k for k, _ in choice]
 
     def solve(self, cutoff: float = inf) -> tuple[float, np.ndarray] | None:
@@ -177,19 +179,22 @@ class Faces:
         self.least = [
             np.array([face.least for face in disjunction.faces]) for disjunction in disjunctions
         ]
-        width = max((len(face.columns) for face in faces), default=0)
-        self._columns = np.zeros((len(faces), width), dtype=int)
-        self._values = np.zeros((len(faces), width))
-        for k, face in enumerate(faces):
-            self._columns[k, : len(face.columns)] = face.columns
-            self._values[k, : len(face.values)] = face.values
-        self._constants = np.array([face.constant for face in faces])
-        self._units = np.array([face.unit for face in faces])
+        rows = [clearance for face in faces for clearance in face.clearances]
+        self._ends = len(faces[0].clearances) if faces else 1
+        width = max((len(row.columns) for row in rows), default=0)
+        self._columns = np.zeros((len(rows), width), dtype=int)
+        self._values = np.zeros((len(rows), width))
+        for k, row in enumerate(rows):
+            self._columns[k, : len(row.columns)] = row.columns
+            self._values[k, : len(row.values)] = row.values
+        self._constants = np.array([row.constant for row in rows])
+        self._units = np.array([row.unit for row in rows])
 
     def margins(self, point: np.ndarray) -> np.ndarray:
-        """Return the margin of each face at the means of ``point``."""
+        """Return the margin of each face at the means of ``point``, over all of its instants."""
         clear = (self._values * point[self._columns]).sum(axis=1) + self._constants
-        return face_margins(clear, self._units)
+        margins = face_margins(clear, self._units)
+        return margins if self._ends == 1 else margins.reshape(-1, self._ends).min(axis=1)
 
 
 OPTIONS: dict[str, Any] = {

@@ -18,20 +18,33 @@ from ppg_env.game.reachability import BackwardReach, reach_upper
 
 
 class Reach:
-    """Bounds of a.r_t for the rows of ``directions`` (F, d), positions of one agent."""
+    """Bounds of a.r_t for the rows of ``directions`` (F, d), positions of one agent.
+
+    From its arrival on, the agent is at its goal.
+    """
 
     def __init__(self, agent: Agent, directions: np.ndarray, horizon: int) -> None:
         padding = np.zeros((len(directions), agent.state_dim - directions.shape[1]))
         rows = np.hstack([directions, padding])
         both = np.vstack([rows, -rows])
         self._count = len(rows)
+        self._goal = directions @ agent.goal[: directions.shape[1]]
         self._forward = reach_upper(agent, both, horizon)
         has_backward = BackwardReach.exists(agent)
         self._backward = BackwardReach(agent, both, horizon) if has_backward else None
         self._bounds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
-    def bounds(self, arrival: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return (arrival, F) lowest and highest a.r_t for t = 0..arrival - 1, cached."""
+    def bounds(self, arrival: int, instants: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return (instants, F) lowest and highest a.r_t for t = 0..instants - 1."""
+        low, high = self._moving(arrival)
+        parked = instants - arrival
+        if parked <= 0:
+            return low[:instants], high[:instants]
+        rest = np.broadcast_to(self._goal, (parked, self._count))
+        return np.concatenate([low, rest]), np.concatenate([high, rest])
+
+    def _moving(self, arrival: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the bounds (arrival, F) before the arrival, cached."""
         if arrival not in self._bounds:
             upper = self._forward[:arrival]
             if self._backward is not None:
@@ -39,14 +52,20 @@ class Reach:
             self._bounds[arrival] = -upper[:, self._count :], upper[:, : self._count]
         return self._bounds[arrival]
 
-    def anywhere(self, latest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return (latest, F) lowest and highest a.r_t over all arrivals up to ``latest``."""
-        low = np.full((latest, self._count), np.inf)
+    def anywhere(
+        self, latest: int, instants: int, after: int | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return (instants, F) lowest and highest a.r_t over all arrivals up to ``latest``.
+
+        The agent counts for ``after`` instants from its arrival on (None: all of them).
+        """
+        low = np.full((instants, self._count), np.inf)
         high = -low
-        for arrival in range(1, latest + 1):
-            below, above = self.bounds(arrival)
-            low[:arrival] = np.minimum(low[:arrival], below)
-            high[:arrival] = np.maximum(high[:arrival], above)
+        for arrival in range(latest + 1):
+            count = instants if after is None else min(arrival + after, instants)
+            below, above = self.bounds(arrival, count)
+            low[:count] = np.minimum(low[:count], below)
+            high[:count] = np.maximum(high[:count], above)
         return low, high
 
 

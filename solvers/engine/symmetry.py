@@ -54,14 +54,17 @@ def identity(game: Game) -> Symmetry:
 def symmetries(objective: Objective) -> list[Symmetry]:
     """Return all symmetries, the identity first.
 
-    Where states are no positions and derivatives of equal dimensions, it is the only one.
+    Where states are no positions and derivatives of equal dimensions, or there are workspaces or
+    moving obstacles, it is the only one.
     """
     game = objective.game
     first = game.agents[0]
     d, n, m = game.dim, first.state_dim, first.control_dim
     alike = all((a.state_dim, a.control_dim) == (n, m) for a in game.agents)
     result = [identity(game)]
-    if not alike or n % d or m % d or d > 3:
+    plain = all(obstacle.path is None for obstacle in game.obstacles)
+    plain = plain and not any(agent.within for agent in game.agents)
+    if not alike or not plain or n % d or m % d or d > 3:
         return result
     centre = np.zeros(n)
     centre[:d] = np.mean([agent.start[:d] for agent in game.agents], axis=0)
@@ -82,8 +85,9 @@ def _symmetry(objective: Objective, turn: np.ndarray, centre: np.ndarray) -> Sym
         return bool(alike and _mirrored(game.agents[i], game.agents[j], turn, centre))
 
     def covers(k: int, m: int) -> bool:
-        bodies = game.obstacles[k], game.obstacles[m]
-        return _face_images(*bodies, turn, centre[: game.dim]) is not None
+        bodies = game.obstacles[k].shape, game.obstacles[m].shape
+        same = game.obstacles[k].until == game.obstacles[m].until
+        return same and _face_images(*bodies, turn, centre[: game.dim]) is not None
 
     agents = _permutation(range(len(game.agents)), maps)
     obstacles = None if agents is None else _permutation(range(len(game.obstacles)), covers)
@@ -147,7 +151,8 @@ def _mirrored(agent: Agent, other: Agent, turn: np.ndarray, centre: np.ndarray) 
         (state @ agent.noise @ state.T, other.noise),
         (state @ agent.sigma0 @ state.T, other.sigma0),
     ]
-    if agent.goal.size != other.goal.size or agent.lam != other.lam:
+    weights = [(a.goal.size, a.lam, a.reserve, a.effort) for a in (agent, other)]
+    if weights[0] != weights[1]:
         return False
     pairs.append((goal @ (agent.goal - part), other.goal - part))
     return (

@@ -33,12 +33,14 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import goal_selector
-from ppg_env.game.game import Encounter, Game
+from ppg_env.game.encounter import Encounter
+from ppg_env.game.game import Game
 from ppg_env.game.input_sets import spans
 from ppg_env.game.margins import encounter_units
 from ppg_env.game.objective import Objective, loss
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, plan_upper
+from ppg_env.game.reserve import planned_controls
 from solvers.reference.tangents import TangentTable
 
 
@@ -74,7 +76,7 @@ class Mover:
             self.means[1:] == self.means[:-1] @ agent.A.T + self.controls @ agent.B.T,
             *(
                 self.controls[steps] @ held.normals.T <= held.offsets[None]
-                for steps, held in spans(agent.control, horizon)
+                for steps, held in spans(planned_controls(agent, horizon), horizon)
             ),
             miss <= cp.multiply(high, absent @ np.ones((1, len(select)))),
             -miss <= cp.multiply(low, absent @ np.ones((1, len(select)))),

@@ -1,0 +1,113 @@
+"""What a game refuses at the door: bodies, goals and workspaces that do not fit each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ppg_env import tolerances as tol
+from ppg_env.errors import InputError, placed, require
+from ppg_env.game.agent import Agent
+from ppg_env.game.dynamics import check_growth
+from ppg_env.game.encounter import Encounter
+from ppg_env.game.obstacle import Obstacle
+
+
+def check_agents(agents: Sequence[Agent], horizon: int) -> None:
+    """Refuse agents that start or end outside their workspaces, or outgrow double arithmetic.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for i, agent in enumerate(agents):
+        with placed(f"agent[{i}]"):
+            check_growth(agent, horizon)
+            _check_workspace(agent)
+
+
+def check_encounters(
+    agents: Sequence[Agent],
+    obstacles: Sequence[Obstacle],
+    encounters: Iterable[Encounter],
+    on_goal: str,
+) -> None:
+    """Refuse bodies that overlap at time 0, goals inside obstacles, and parked bodies that overlap.
+
+    Raises
+    ------
+    InputError
+        If there are any.
+    """
+    for encounter in encounters:
+        if encounter.obstacle is None:
+            _check_start(agents, encounter, None)
+            if on_goal == "stay":
+                _check_parked(agents, encounter)
+        else:
+            obstacle = obstacles[encounter.obstacle]
+            _check_start(agents, encounter, obstacle)
+            if obstacle.until is None and (obstacle.path is None or on_goal == "stay"):
+                _check_goal(agents, encounter, obstacle)
+
+
+def _check_workspace(agent: Agent) -> None:
+    for region in agent.within:
+        for key, point in (("start", agent.start), ("goal", agent.goal)):
+            if region.dim > point.size:  # a goal of positions does not fix the velocities
+                continue
+            beyond = float((region.normals @ point[: region.dim] - region.offsets).max())
+            require(
+                beyond <= tol.LENGTH,
+                key,
+                f"is outside the workspace (within) by {beyond:.4g}",
+                "move it inside, or widen the workspace",
+            )
+
+
+def _check_start(agents: Sequence[Agent], encounter: Encounter, obstacle: Obstacle | None) -> None:
+    starts = [agents[k].start for k in encounter.agents]
+    gap = _gap(encounter, starts, None if obstacle is None else obstacle.positions(0)[0])
+    if gap < -tol.LENGTH:
+        first, other = encounter.places
+        other += ".start" if obstacle is None else ""
+        raise InputError(
+            f"{first}.start", f"overlaps {other} at time 0 by {-gap:.4g}", "move one of them away"
+        )
+
+
+def _check_goal(agents: Sequence[Agent], encounter: Encounter, obstacle: Obstacle) -> None:
+    """Refuse a goal at which an agent overlaps an obstacle that never leaves it."""
+    (i,) = encounter.agents
+    gap = _gap(encounter, [agents[i].goal], obstacle.positions(obstacle.rest)[-1])
+    if gap < -tol.LENGTH:
+        first, other = encounter.places
+        raise InputError(
+            f"{first}.goal",
+            f"lies {-gap:.4g} deep inside {other}, so {_name(agents, i)} can never stand there",
+            "move the goal or the obstacle",
+        )
+
+
+def _check_parked(agents: Sequence[Agent], encounter: Encounter) -> None:
+    i, j = encounter.agents
+    gap = _gap(encounter, [agents[i].goal, agents[j].goal], None)
+    if gap < -tol.LENGTH:
+        raise InputError(
+            f"agent[{j}].goal",
+            f"parks {_name(agents, j)} on {_name(agents, i)}, {-gap:.4g} deep, "
+            "where bodies stay at their goals",
+            'move one goal, or write on_goal = "remove"',
+        )
+
+
+def _gap(encounter: Encounter, points: Sequence[np.ndarray], obstacle: np.ndarray | None) -> float:
+    """Return the clearance of the bodies at ``points``, and of the obstacle at its position."""
+    where = encounter.displacement(*(point[: encounter.collision.dim] for point in points))
+    return float(encounter.collision.clearance(where if obstacle is None else where - obstacle))
+
+
+def _name(agents: Sequence[Agent], i: int) -> str:
+    return agents[i].name or f"agent_{i}"
