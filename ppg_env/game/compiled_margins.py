@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ppg_env.tolerances import DEVIATION, LENGTH
+from ppg_env.tolerances import LENGTH
 
 
 @njit(inline="always")
@@ -31,7 +31,7 @@ def within(reach: float, depth: float) -> bool:
 @njit(inline="always")
 def face_margin(clearance: float, unit: float) -> float:
     """Return the margin of one face; see :func:`ppg_env.game.margins.face_margins`."""
-    if unit > DEVIATION:
+    if unit > 0.0:
         return clearance / unit
     return np.inf if clearance >= -LENGTH else -np.inf
 

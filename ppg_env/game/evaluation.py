@@ -113,14 +113,16 @@ class Evaluation:
         """Yield the kind of each violated constraint, with its agent or encounter."""
         chosen = set(range(len(self.arrival)) if agents is None else agents)
         for i in sorted(chosen):
-            if self.residuals.control[i] > tol.CONTROL:
+            agent = self.game.agents[i]
+            if self.residuals.control[i] > tol.CONTROL * agent.control_unit:
                 yield "control", i
             if self.residuals.within[i] > tol.LENGTH:
                 yield "within", i
             if self.arrival[i] is None:
                 yield "goal", i
         for e, encounter in enumerate(self.game.encounters):
-            if self.residuals.overlap[e] > tol.LENGTH and chosen.intersection(encounter.agents):
+            deep = self.residuals.overlap[e] > tol.LENGTH * self.game.unit
+            if deep and chosen.intersection(encounter.agents):
                 yield "overlap", e
 
     def _sentence(self, kind: str, k: int) -> str:

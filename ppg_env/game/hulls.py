@@ -9,6 +9,12 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
 
+LEAST, MOST = 1e-3, 1e6
+"""Sizes of points that qhull's tolerances serve as they are."""
+
+FAR = 1e5
+"""Distance of points from the origin, in their extents, beyond which they are moved there."""
+
 
 def faces_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return unit normals (F, d) and offsets (F,) of conv(vertices), coplanar facets merged.
@@ -18,7 +24,7 @@ def faces_of(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if vertices.shape[1] == 1:
         normals = np.array([[1.0], [-1.0]])
     else:
-        normals = _distinct(_hull(vertices).equations)[:, :-1]
+        normals = _distinct(_hull(_near_one(vertices)).equations)[:, :-1]
     return normals, (normals @ vertices.T).max(axis=1)
 
 
@@ -35,7 +41,15 @@ def corners_of_points(points: np.ndarray) -> np.ndarray:
     """Return the extreme points (V, d) of ``points`` (P, d)."""
     if points.shape[1] == 1:
         return np.array([[points.min()], [points.max()]])
-    return points[_hull(points).vertices]
+    return points[_hull(_near_one(points)).vertices]
+
+
+def _near_one(points: np.ndarray) -> np.ndarray:
+    """Return ``points`` in a unit and around a centre that qhull's tolerances serve."""
+    size = float(np.ptp(points, axis=0).max())
+    if np.abs(points).max() > FAR * size:
+        points = points - points.mean(axis=0)
+    return points if LEAST <= size <= MOST else points / size
 
 
 def _hull(points: np.ndarray) -> Any:
@@ -63,6 +77,9 @@ def corners_of_halfspaces(normals: np.ndarray, offsets: np.ndarray) -> np.ndarra
     InputError
         If the set is empty, flat or unbounded.
     """
+    size = float(np.abs(offsets / np.linalg.norm(normals, axis=1)).max())
+    if size and not LEAST <= size <= MOST:
+        return size * corners_of_halfspaces(normals, offsets / size)
     centre = _chebyshev_centre(normals, offsets)
     _require_bounded(normals, offsets)
     if normals.shape[1] == 1:

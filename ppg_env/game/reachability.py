@@ -13,6 +13,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
+from ppg_env.game.canonical import canonical_agent
 from ppg_env.game.dynamics import goal_selector
 from ppg_env.game.input_sets import pieces, set_at
 from ppg_env.game.reserve import planned_controls
@@ -121,6 +122,7 @@ def earliest_arrival(agent: Agent, limit: int) -> int | None:
     included.
     The result is None if the goal cannot be reached in time.
     """
+    agent, _ = canonical_agent(agent)
     select = goal_selector(agent)
     slack = 1e-9 * max(1.0, float(np.abs(agent.goal).max()))
     upper = reach_upper(agent, select, limit)

@@ -11,8 +11,10 @@ from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.liability import Liability, make_rule
 from solvers.search_result import SearchResult
 from solvers.solution import ADVICE, Solution, Status
+from solvers.units import in_units_of_the_game
 
 
+@in_units_of_the_game
 def best_response(
     game: Game,
     agent: int,

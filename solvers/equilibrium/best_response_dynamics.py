@@ -31,6 +31,7 @@ from solvers.equilibrium.update_order import check_order, sweep_groups
 from solvers.liability import Liability, make_rule
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status, Update
+from solvers.units import in_units_of_the_game
 
 FIRST_EFFORT, LAST_EFFORT = 1000, 100_000
 """Linear programs for one response: in the first sweeps, and at most before there is no limit."""
@@ -39,6 +40,7 @@ REFINE_AFTER = 3
 """Sweeps after which plans are refined in between: by then only details change."""
 
 
+@in_units_of_the_game
 def best_response_dynamics(
     game: Game,
     *,

@@ -29,6 +29,7 @@ from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status
+from solvers.units import in_units_of_the_game
 
 BOUND_SHARE = 0.3
 """Part of the time limit that the bound may take."""
@@ -47,6 +48,7 @@ OnProgress = Callable[[str, float], None]
 """Called with what improved, ``value`` or ``bound``, and its new value."""
 
 
+@in_units_of_the_game
 def social_optimum(
     game: Game,
     *,
@@ -74,6 +76,7 @@ def social_optimum(
     return _minimise_potential(rule, "social", "social_cost", solver, budget, seed, progress)
 
 
+@in_units_of_the_game
 def potential_equilibrium(
     game: Game,
     *,

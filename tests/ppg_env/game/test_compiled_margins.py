@@ -49,7 +49,7 @@ def test_kernels_and_evaluator_agree_on_margins_and_overlaps(noise: float) -> No
             place = (0, 0), states, c, i, j, faces.normals
             margin = best_face(*place, faces.offsets, *rows, units, t)
             expected = margins(clearances, encounter_units(game, encounter)[t], np.inf)
-            np.testing.assert_allclose(margin, expected, rtol=1e-12)
+            np.testing.assert_allclose(margin, expected, rtol=0.0)
             overlapping = inside(*place, faces.depths, *rows)
             assert overlapping == (clearances.max() <= -tol.LENGTH)
             overlaps += overlapping
