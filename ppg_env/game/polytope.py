@@ -166,6 +166,13 @@ class Polytope(Record):
             return not self.params[0].all()
         return self.kind in ("vertices", "halfspaces") and self._frame is not None
 
+    @property
+    def directions(self) -> np.ndarray:
+        """(d, k) orthonormal directions along the set: all d of them unless it is flat."""
+        if self.kind == "box":
+            return np.eye(self.dim)[:, self.params[0] > 0]
+        return self._frame[0] if self.is_flat and self._frame else np.eye(self.dim)
+
     @cached_property
     def vertices(self) -> np.ndarray:
         """(V, d) corner points; counter-clockwise in the plane."""
