@@ -22,8 +22,8 @@ from ppg_env.game.effort_laws import least_effort_laws
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.least_effort import straight_plan
-from ppg_env.game.polytope import Polytope
 from ppg_env.game.plan import Plan, Profile
+from ppg_env.game.polytope import Polytope
 
 
 @dataclass(frozen=True)

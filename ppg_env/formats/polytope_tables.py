@@ -16,7 +16,6 @@ from ppg_env.game.input_sets import Controls, checked_controls
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.validation import finite_array
 
-
 SET_KEYS = ("box", "l1", "disc", "sides", "vertices", "normals", "offsets")
 SHAPE_KEYS = (*SET_KEYS, "dim")
 CONTROL_KEYS = (*SET_KEYS, "from")

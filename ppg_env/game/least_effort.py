@@ -10,7 +10,6 @@ from ppg_env.game.dynamics import check_growth, goal_selector
 from ppg_env.game.input_sets import Controls, excess, room
 from ppg_env.game.plan import Plan, make_plan
 from ppg_env.game.plan_constraints import least_norm_controls, plan_constraints, some_controls
-from ppg_env.game.polytope import Polytope
 from ppg_env.game.reachability import first_reachable, possible_arrivals
 from ppg_env.game.reserve import planned_controls
 from ppg_env.game.workspace import workspace_excess

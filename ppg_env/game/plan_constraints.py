@@ -15,7 +15,6 @@ from ppg_env.game.input_sets import set_at
 from ppg_env.game.reserve import planned_controls
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
-
 MOST_ROUNDS = 100
 """Rounds of adding violated rows in the program of least norm."""
 

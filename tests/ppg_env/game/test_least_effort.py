@@ -42,13 +42,14 @@ AGENTS = {
         [20.0, 9.0], Polytope.from_vertices([[1, 0], [3, 0], [3, 2]])
     ),
     "zero on the edge": accelerated(
-        [10.0, 1.0, 0.0, 0.0], Polytope.from_vertices([[0, 0], [0, -2], [-3, 1], [2, 1], [2, -1]][1:])
+        [10.0, 1.0, 0.0, 0.0], Polytope.from_vertices([[0, -2], [-3, 1], [2, 1], [2, -1]])
     ),
     "one axis of width zero": point([40.0, 0.0], Polytope.box([20.0, 0.0])),
     "a segment": point([30.0, 15.0], Polytope.from_vertices([[2, 1], [8, 4]])),
     "a single point": point([30.0, 15.0], Polytope.from_vertices([[2, 1]])),
     "a segment of accelerations": accelerated(
-        [6.0, 3.0, 0.0, 0.0], Polytope.from_halfspaces([[1, -2], [-1, 2], [1, 0], [-1, 0]], [0, 0, 1, 1])
+        [6.0, 3.0, 0.0, 0.0],
+        Polytope.from_halfspaces([[1, -2], [-1, 2], [1, 0], [-1, 0]], [0, 0, 1, 1]),
     ),
     "speed limits": accelerated([20.0, 3.0, 0.0, 0.0], Polytope.box([2.0, 2.0]), within=SPEED),
     "reserve": accelerated([10.0, 3.0, 0.0, 0.0], Polytope.disc(1.0), reserve=2.0),
