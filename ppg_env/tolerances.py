@@ -46,6 +46,10 @@ faces of more than three vertices, and every spare facet would cost a binary per
 FLAT = 1e-9
 """A polytope thinner than this, relative to its extent or to its largest coordinate, is flat."""
 
+INSIDE = 1e-6
+"""Vertices may lie this deep inside their hull, relative to its extent: points on an edge, written
+with six digits, are harmless."""
+
 SYMMETRY = 1e-9
 """A covariance may miss symmetry, or have an eigenvalue below zero, by this relative amount."""
 

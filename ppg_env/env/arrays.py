@@ -191,7 +191,7 @@ def _projection(control: Polytope, rules: Rules) -> int:
         return FREE
     if control.kind == "box" or control.dim == 1:
         return BOX
-    return POLYGON if control.dim == 2 else FACES
+    return POLYGON if control.dim == 2 and not control.is_flat else FACES
 
 
 def _separable(agent: Agent, rules: Rules, n: int, m: int) -> bool:

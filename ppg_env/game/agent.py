@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.errors import require
+from ppg_env.errors import placed, require
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls, checked_controls, pieces, set_at
-from ppg_env.game.polytope import Polytope
+from ppg_env.game.polytope import Polytope, require_volume
 from ppg_env.game.units import unit_of_control, unit_of_size, units_of_state
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import (
@@ -84,6 +84,8 @@ class Agent(Record):
             "is not a polytope",
             "give a Polytope, such as Polytope.box([15.0, 15.0])",
         )
+        with placed("shape"):
+            require_volume(self.shape)
         self._put("control", checked_controls(self.control))
         self._put_matrices(self.state_dim, self.control_dim)
         self._put("goal", _checked_goal(self.goal, self.state_dim, self.dim))

@@ -9,8 +9,9 @@ Arrivals, costs, margins and probabilities are those of the user's game.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.plan import Profile, make_plan
 from ppg_env.game.polytope import Polytope
 from ppg_env.game.units import unit_of_control, units_of_state
+from ppg_env.support.frozen import frozen_array
 
 FAR = 1e4
 """Distance of the starts from the origin, in units of the bodies, from which the game is moved."""
@@ -97,7 +99,7 @@ def _at_rest(
 def _agent(agent: Agent, units: np.ndarray, control: float, centre: np.ndarray) -> Agent:
     shift = np.zeros(agent.state_dim)
     shift[: agent.dim] = centre
-    return replace(
+    return _with_fields(
         agent,
         start=(agent.start - shift) / units,
         goal=(agent.goal - shift[: agent.goal.size]) / units[: agent.goal.size],
@@ -111,6 +113,16 @@ def _agent(agent: Agent, units: np.ndarray, control: float, centre: np.ndarray) 
         within=tuple(_region(region, units, shift) for region in agent.within),
         effort=agent.effort * control,
     )
+
+
+def _with_fields(agent: Agent, **changes: Any) -> Agent:
+    """Return a copy with fields replaced that need no checks, and no warning a second time."""
+    copy = object.__new__(Agent)
+    for field in fields(Agent):
+        value = changes.get(field.name, getattr(agent, field.name))
+        value = frozen_array(value) if isinstance(value, np.ndarray) else value
+        object.__setattr__(copy, field.name, value)
+    return copy
 
 
 def _controls(controls: Controls, unit: float) -> Controls:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from ppg_env.game.reachability import earliest_arrival
+from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.liability import Liability, make_rule
@@ -98,7 +98,7 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
     for i in movers:
         agent = game.agents[i]
         if earliest_arrival(agent, game.horizon) is None:
-            needed = earliest_arrival(agent, 10 * game.horizon)
+            needed = sufficient_horizon(agent, 10 * game.horizon)
             remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
             return (
                 f"{game.agent_names[i]} cannot reach its goal within the horizon of "
