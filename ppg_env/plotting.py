@@ -1,7 +1,8 @@
 """Figures of a game and a profile on matplotlib axes: bodies, paths, noise, arrivals.
 
 The colours are the palette of Okabe and Ito, distinguishable by colour-blind readers.  Bodies are
-drawn at a few times common to all agents, darkest at the closest approach.
+drawn at a few times common to all agents, darkest at the closest approach.  A cross marks each
+place where the means pass through something between two time steps.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ppg_env.game.between_steps import overlaps_between_steps
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 ELLIPSE_DEVIATIONS = 2.0
 BODY_TIMES = 4
+CROSS = "#B00000"
+"""Colour of overlaps between time steps, that of no agent."""
 
 
 def draw_game(axes: Axes, game: Game) -> None:
@@ -75,7 +79,39 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
                 zorder=6,
                 bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
             )
+    _mark_overlaps(axes, game, profile)
     axes.autoscale_view()
+
+
+def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
+    """Mark where means pass through something between two time steps; the legend says when.
+
+    The agents' outlines at those moments are dotted.
+    """
+    overlaps = overlaps_between_steps(game, profile)
+    if not overlaps:
+        return
+    deepest = overlaps[0]
+    label = f"overlap between steps {deepest.step} and {deepest.step + 1}, by {deepest.depth:.3g}"
+    if len(overlaps) > 1:
+        label += f"\n(and {len(overlaps) - 1} more)"
+    for overlap in overlaps:
+        for i in overlap.agents:
+            ends = profile[i].means[overlap.step : overlap.step + 2, : game.dim]
+            position = ends[0] + overlap.moment * (ends[1] - ends[0])
+            _outline(axes, game.agents[i].shape.vertices, position, CROSS, linestyle=":")
+    places = np.array([plane(np.array(overlap.place)) for overlap in overlaps])
+    axes.plot(
+        *places.T,
+        linestyle="none",
+        marker="X",
+        markersize=10,
+        color=CROSS,
+        markeredgecolor="white",
+        label=label,
+        zorder=7,
+    )
+    axes.legend(fontsize=7, loc="best", framealpha=0.8)
 
 
 def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
@@ -144,7 +180,19 @@ def _body(
 
     edge = outline(vertices) + np.array(plane(position))
     axes.add_patch(Polygon(edge, facecolor=colour, alpha=alpha, zorder=1))
-    axes.add_patch(Polygon(edge, fill=False, edgecolor=colour, linewidth=0.7, zorder=2))
+    _outline(axes, vertices, position, colour)
+
+
+def _outline(
+    axes: Axes, vertices: np.ndarray, position: np.ndarray, colour: str, linestyle: str = "-"
+) -> None:
+    from matplotlib.patches import Polygon
+
+    edge = outline(vertices) + np.array(plane(position))
+    wide = 0.7 if linestyle == "-" else 1.1
+    patch = Polygon(edge, fill=False, edgecolor=colour, linewidth=wide, linestyle=linestyle)
+    patch.set_zorder(2)
+    axes.add_patch(patch)
 
 
 def _ellipse(axes: Axes, position: np.ndarray, covariance: np.ndarray, colour: str) -> None:

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
-from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
+from benchmarks.terminal import (
+    NO_SOLUTION,
+    no_solution,
+    print_json,
+    print_note,
+    print_table,
+    times,
+    working,
+)
 from solvers.planner_options import PlannerOptions, refuse_unused
 
 if TYPE_CHECKING:
@@ -158,7 +166,8 @@ def _print(result: Solution, report: dict[str, Any], as_json: bool) -> None:
 
 
 def _print_solution(result: Solution) -> None:
-    from benchmarks.comparison.report import game_name
+    from benchmarks.comparison.report import between_steps_note, game_name
+    from ppg_env.game.between_steps import overlap_times
 
     evaluation = result.evaluation
     assert evaluation is not None
@@ -180,5 +189,7 @@ def _print_solution(result: Solution) -> None:
         f"{result.name} of {game_name(result.game)}: {result.status} ({result.advice})",
         ("agent", "arrival", "shifted cost", "deficit", "risk bound", "regret at most"),
         rows,
-        f"{proof}social cost {evaluation.social_cost:.6g}; {result.seconds:.2f} s",
+        f"{proof}social cost {evaluation.social_cost:.6g}; risk bound: of an overlap "
+        f"{overlap_times(result.game)}; {result.seconds:.2f} s",
     )
+    print_note(between_steps_note(result.game, {"": result.profile}))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.comparison.report import game_name
+from benchmarks.comparison.report import between_steps_note, game_name
 from benchmarks.comparison.results import Played, PlayerResult
-from benchmarks.terminal import outward, print_table, probability, times
+from benchmarks.terminal import outward, print_note, print_table, probability, times
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Interval
 
@@ -50,12 +51,14 @@ def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes
     note = NOTE.format(episodes=episodes, where=WHERE[arena], stars=stars)
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
-        f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
+        f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}; "
+        f"a crash is an overlap {overlap_times(game)}",
         columns,
         lines,
         "\n".join([*failures, note]),
         texts=2,
     )
+    print_note(between_steps_note(game, {row.player: row.profile for row in rows}))
 
 
 def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:

@@ -131,6 +131,11 @@ def deepest_point(first: np.ndarray, last: np.ndarray) -> tuple[float, float]:
     return float(depths[lowest]), float(moment)
 
 
+def overlap_times(game: Game) -> str:
+    """Return the times at which an overlap is a crash, in words."""
+    return "at the time steps" if game.collisions == "instants" else "during the steps"
+
+
 def _parties(game: Game, encounter: Encounter) -> tuple[str, str]:
     names = [game.agent_names[i] for i in encounter.agents]
     return names[0], names[1] if encounter.obstacle is None else f"obstacle {encounter.obstacle}"

@@ -80,9 +80,9 @@ def test_a_grazing_corner_has_the_depth_of_its_nearest_face() -> None:
 
 
 def test_a_touch_is_no_overlap() -> None:
-    path, beside = [[-3.0, 1.0], [3.0, 1.0]], [[0.0, 0.0]] * 2
-    game = Game((mover(path), mover(beside, goal=[9.0, 9.0])), horizon=1)
-    assert overlaps_between_steps(game, profile_on(game, path, beside)) == ()
+    path, still = [[-3.0, 1.0], [3.0, 1.0]], [[0.0, 0.0]] * 2
+    game = Game((mover(path), mover(still, goal=[9.0, 9.0])), horizon=1)
+    assert overlaps_between_steps(game, profile_on(game, path, still)) == ()
 
 
 def test_an_obstacle_thinner_than_a_step_is_passed_through() -> None:
