@@ -7,6 +7,7 @@ place where the means pass through something between two time steps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,16 +24,24 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 ELLIPSE_DEVIATIONS = 2.0
 BODY_TIMES = 4
+MOVING = "0.45"
+"""Grey of the paths and outlines of moving obstacles."""
+
 CROSS = "#B00000"
 """Colour of overlaps between time steps, that of no agent."""
 
 
 def draw_game(axes: Axes, game: Game) -> None:
-    """Draw the obstacles, and each agent's body at its start and marker at its goal."""
+    """Draw the obstacles, and each agent's body at its start and marker at its goal.
+
+    A moving obstacle is drawn at time 0, with its path dashed.
+    """
     from matplotlib.patches import Polygon
 
     for obstacle in game.obstacles:
         axes.add_patch(Polygon(outline(obstacle.vertices_at(0)), color="0.75", zorder=0))
+        if obstacle.path is not None:
+            axes.plot(*plane(obstacle.path[: obstacle.until].T), "--", color=MOVING, zorder=1)
     for i, agent in enumerate(game.agents):
         colour = COLOURS[i % len(COLOURS)]
         _body(axes, agent.shape.vertices, agent.start[: game.dim], colour, 0.15)
@@ -57,6 +66,7 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
     closest = closest_approach(game, profile)
     last = [game.horizon if plan.arrival is None else plan.arrival for plan in profile]
     shared = np.unique(np.linspace(0, max(last), BODY_TIMES + 2).round().astype(int))[1:-1]
+    _draw_moving_obstacles(axes, game, [t for t in {*shared.tolist(), closest} if t is not None])
     for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
         colour, path = COLOURS[i % len(COLOURS)], plan.means[: last[i] + 1, : game.dim]
         axes.plot(*plane(path.T), color=colour, marker=".", markersize=4, linewidth=1.2, zorder=3)
@@ -83,10 +93,24 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
     axes.autoscale_view()
 
 
+def _draw_moving_obstacles(axes: Axes, game: Game, times: Sequence[int]) -> None:
+    """Draw the outlines of moving obstacles at ``times``, while they are there."""
+    for obstacle in game.obstacles:
+        if obstacle.path is None:
+            continue
+        for t in times:
+            if obstacle.until is None or t < obstacle.until:
+                where = obstacle.positions(game.horizon)[t]
+                _outline(axes, obstacle.shape.vertices, where, MOVING)
+                axes.annotate(
+                    str(t), plane(where), xytext=(2, 2), textcoords="offset points", fontsize=6
+                )
+
+
 def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
     """Mark where means pass through something between two time steps; the legend says when.
 
-    The agents' outlines at those moments are dotted.
+    The outlines of agents and moving obstacles at those moments are dotted.
     """
     overlaps = overlaps_between_steps(game, profile)
     if not overlaps:
@@ -96,10 +120,15 @@ def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
     if len(overlaps) > 1:
         label += f"\n(and {len(overlaps) - 1} more)"
     for overlap in overlaps:
-        for i in overlap.agents:
-            ends = profile[i].means[overlap.step : overlap.step + 2, : game.dim]
-            position = ends[0] + overlap.moment * (ends[1] - ends[0])
-            _outline(axes, game.agents[i].shape.vertices, position, CROSS, linestyle=":")
+        bodies = [(game.agents[i].shape, profile[i].means[:, : game.dim]) for i in overlap.agents]
+        if overlap.obstacle is not None:
+            obstacle = game.obstacles[overlap.obstacle]
+            if obstacle.path is not None:
+                bodies.append((obstacle.shape, obstacle.positions(game.horizon)))
+        for shape, path in bodies:
+            start, end = path[overlap.step : overlap.step + 2]
+            position = start + overlap.moment * (end - start)
+            _outline(axes, shape.vertices, position, CROSS, linestyle=":")
     places = np.array([plane(np.array(overlap.place)) for overlap in overlaps])
     axes.plot(
         *places.T,

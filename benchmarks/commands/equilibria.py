@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
-from benchmarks.terminal import bar, no_solution, print_json, print_note, print_table
+from benchmarks.terminal import bar, no_solution, outward, print_json, print_note, print_table
 from solvers.planner_options import PlannerOptions
 
 if TYPE_CHECKING:
@@ -115,9 +115,11 @@ def _print(collection: EquilibriumSet) -> None:
             kind.name,
             ", ".join(labels.get(k, [])),
             f"{evaluation.social_cost:.4f}",
-            f"{evaluation.risk_bound_any:.2e}",
+            outward(evaluation.risk_bound_any, ".2e", up=True),
             " ".join(map(str, evaluation.arrival)),
-            f"{kind.solution.regret.max():.1e}" if kind.solution.regret is not None else "",
+            ""
+            if kind.solution.regret is None
+            else outward(float(kind.solution.regret.max()), ".1e", up=True),
             f"{kind.found}",
         )
         for k, (kind, evaluation) in enumerate(

@@ -11,6 +11,7 @@ from benchmarks.options import GameArgument, JsonOption, with_game_options, with
 from benchmarks.terminal import (
     NO_SOLUTION,
     no_solution,
+    outward,
     print_json,
     print_note,
     print_table,
@@ -171,14 +172,15 @@ def _print_solution(result: Solution) -> None:
 
     evaluation = result.evaluation
     assert evaluation is not None
+    bounds = evaluation.risk_bound if result.game.scale == "exact" else None
     rows = [
         (
             name,
             times(evaluation.arrival[i : i + 1]),
             f"{evaluation.shifted_cost[i]:.4f}",
             f"{evaluation.deficit[i]:.4f}",
-            f"{evaluation.risk_sum[i]:.2e}",
-            "" if result.regret is None else f"{result.regret[i]:.1e}",
+            "" if bounds is None else outward(float(bounds[i]), ".2e", up=True),
+            "" if result.regret is None else outward(float(result.regret[i]), ".1e", up=True),
         )
         for i, name in enumerate(result.game.agent_names)
     ]

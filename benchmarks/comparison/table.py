@@ -67,6 +67,7 @@ def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
     assert evaluation is not None
     assert played is not None
     overlap = "" if evaluation.feasible else "overlap"
+    bound = evaluation.risk_bound_any if evaluation.game.scale == "exact" else None
     return (
         row.player,
         played.information,
@@ -74,7 +75,7 @@ def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
         overlap or f"{evaluation.social_cost:.4f}",
         "" if regret is None else outward(float(regret.max()), ".0e", up=True),
         _crash(played),
-        overlap or outward(evaluation.risk_sum_any, ".1e", up=True),
+        overlap or ("" if bound is None else outward(bound, ".1e", up=True)),
         _interval(played.expected_cost),
     )
 

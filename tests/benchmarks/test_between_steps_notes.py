@@ -5,11 +5,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from benchmarks.comparison import pictures
 from benchmarks.comparison.report import between_steps_note
-from ppg_env import make_game, make_profile
+from benchmarks.figures import new_figure
+from ppg_env import Game, Polytope, make_game, make_profile
 from ppg_env.formats.plan_file import read_plan
+from ppg_env.game import Obstacle
+from ppg_env.plotting import draw_game, draw_profile
 from tests.benchmarks.judges import picture_size
 
 LOOKS = "this game looks at the time steps only: plan with --collisions swept"
@@ -146,6 +151,42 @@ def test_the_note_counts_the_other_places_of_the_plan(tmp_path):
         "between steps 1 and 2 the means of agent_0 and obstacle 1 overlap by 0.7 "
         f"(and 1 other place); {LOOKS}"
     )
+
+
+@pytest.mark.parametrize("collisions", ["instants", "swept"])
+def test_a_drawn_plan_has_a_cross_at_each_place_and_a_legend(ppg, tmp_path, collisions):
+    game = corridor(tmp_path / "game.toml", collisions, 4.0)
+    plan = tmp_path / "plan.json"
+    ppg("solve", game, "--solution", "social", "--out", plan)
+    axes = new_figure(4.0, 4.0).subplots()
+    draw_profile(axes, *read_plan(plan)[:2])
+    crosses = [line for line in axes.lines if line.get_marker() == "X"]
+    if collisions == "swept":
+        assert crosses == []
+        assert axes.get_legend() is None
+        return
+    (cross,) = crosses
+    (place,) = json.loads(plan.read_text())["between_steps"]
+    assert cross.get_xydata().tolist() == [place["place"]]
+    (text,) = axes.get_legend().get_texts()
+    assert text.get_text() == f"overlap between steps 1 and 2, by {place['depth']:.3g}"
+
+
+def test_the_axis_of_crash_probabilities_names_the_event(ppg, narrow, tmp_path, monkeypatch):
+    figures = []
+    monkeypatch.setattr(pictures, "write_figure", lambda figure, path: figures.append(figure))
+    ppg("compare", narrow, *FEW, "--out", tmp_path / "compare.png")
+    labels = [axes.get_ylabel() for axes in figures[0].axes]
+    assert "Pr(any overlap\nat the time steps)" in labels
+
+
+def test_a_moving_obstacle_is_drawn_with_its_path_while_it_is_there():
+    path = np.array([[0.0, -4.0], [0.0, -2.0], [0.0, 2.0], [0.0, 4.0]])
+    agent = make_game("parallel").agents[0]
+    game = Game((agent,), obstacles=(Obstacle(Polytope.box([1.0, 1.0]), path=path, until=3),))
+    axes = new_figure(4.0, 4.0).subplots()
+    draw_game(axes, game)
+    assert path[:3].tolist() in [line.get_xydata().tolist() for line in axes.lines]
 
 
 EVENTS = {"instants": "at the time steps", "swept": "during the steps"}
