@@ -67,7 +67,7 @@ def slow_evaluation(game: Game, controls: list[np.ndarray]) -> Judgement:
                 margin = margin_of(game, faces, apart, spread) if traffic else cap
                 count_in(margin, [i, j], traffic)
         for obstacle in game.obstacles:
-            faces = faces_of_sum(obstacle.vertices, -one.shape.vertices)
+            faces = faces_of_sum(obstacle.shape.vertices, -one.shape.vertices)
             for t in steps:
                 traffic = t < end[i]
                 margin = (

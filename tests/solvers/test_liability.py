@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppg_env import InputError, evaluate, make_game, straight_plan
+from ppg_env import InputError, Polytope, evaluate, make_game, straight_plan
 from ppg_env.game import objective
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.liability import make_rule
@@ -25,8 +23,8 @@ ONCE = ("selfish", "right-of-way", "right-of-way:2-0-1")
 
 def walled(lam):
     """Three agents and a wall."""
-    corridor = make_game("corridor")
-    return replace(make_game("intersection3", lam=lam), obstacles=corridor.obstacles[:1])
+    wall = Polytope.from_vertices([[30, 0], [38, 0], [38, 20], [30, 20]])
+    return make_game("intersection3", lam=lam, obstacles=[wall])
 
 
 def same(one, other):

@@ -65,7 +65,8 @@ def test_a_slow_evaluator_agrees_on_double_integrators(objective: str) -> None:
         )
         for k in range(3)
     ]  # fmt: skip
-    game = Game(tuple(agents), (Polytope.from_vertices([[0, 9], [4, 9], [2, 12]]),), 8, objective)
+    wall = Polytope.from_vertices([[-9, 9], [-5, 9], [-7, 12]])
+    game = Game(tuple(agents), (wall,), 8, objective)
     assert_agrees_with_the_slow_one(game, [np.array(plan.controls) for plan in straight(game)])
 
 
