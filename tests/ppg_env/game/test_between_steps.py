@@ -175,7 +175,10 @@ def wander(seed: int, collisions: str, on_goal: str) -> tuple[Game, Profile]:
 
 
 def polygon(rng: np.random.Generator) -> Polytope:
-    return Polytope.from_vertices(rng.uniform(-2.5, 2.5, (rng.integers(3, 8), 2)))
+    """Points on an ellipse, which are in convex position."""
+    angles = rng.uniform(0.0, 2 * np.pi, rng.integers(3, 8))
+    widths = rng.uniform(1.0, 3.0, 2)
+    return Polytope.from_vertices(widths * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
