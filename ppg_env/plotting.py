@@ -140,7 +140,7 @@ def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
         label=label,
         zorder=7,
     )
-    axes.legend(fontsize=7, loc="best", framealpha=0.8)
+    axes.legend(fontsize=6, loc="best", framealpha=0.6, handletextpad=0.2, borderpad=0.3)
 
 
 def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
