@@ -28,6 +28,9 @@ LEGEND = (
     "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
     "numbers: time   dark: closest approach"
 )
+LEGEND_COLUMNS = 3
+"""More would be wider than two panels."""
+
 PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
 
 PANELS = 4
@@ -101,7 +104,8 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("arrival (steps)")
     if 1 < count <= LEGEND_AGENTS:
-        axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+        wide = min(count, LEGEND_COLUMNS)
+        axes.legend(fontsize=7, ncols=wide, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def _crashes(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
