@@ -13,8 +13,9 @@ from benchmarks.comparison.report import between_steps_note
 from benchmarks.figures import new_figure
 from ppg_env import Game, Polytope, make_game, make_profile
 from ppg_env.formats.plan_file import read_plan
-from ppg_env.game import Obstacle
+from ppg_env.game import Obstacle, overlaps_between_steps
 from ppg_env.plotting import draw_game, draw_profile
+from solvers import social_optimum
 from tests.benchmarks.judges import picture_size
 
 LOOKS = "this game looks at the time steps only: plan with --collisions swept"
@@ -89,6 +90,18 @@ def test_swept_finds_no_plan_where_only_passing_through_would_do(ppg, tmp_path):
     assert report["status"] == "infeasible"
     assert "overlap of means during the steps" in report["advice"]
     assert "between_steps" not in report
+
+
+def test_short_bodies_head_on_pass_through_each_other_unless_steps_count():
+    """On l1 speeds, the way around costs a step: 9.5 where straight flight would cost 9."""
+    fields = {"speed": "l1", "shape": Polytope.box([4.0, 4.0]), "noise": 0.05}
+    through = social_optimum(make_game("head_on", **fields))
+    (overlap,) = overlaps_between_steps(through.game, through.profile)
+    assert (overlap.step, overlap.depth) == (4, pytest.approx(4.0))
+    assert through.value == pytest.approx(9.0)
+    around = social_optimum(make_game("head_on", collisions="swept", **fields))
+    assert overlaps_between_steps(around.game, around.profile) == ()
+    assert around.value == pytest.approx(9.5)
 
 
 def test_an_infeasible_game_says_that_the_time_steps_count(ppg):
