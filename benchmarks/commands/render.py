@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from benchmarks.options import JsonOption, SeedOption, with_game_options
-from benchmarks.terminal import print_json
+from benchmarks.terminal import print_json, print_note
 
 
 @with_game_options
@@ -25,6 +25,7 @@ def render(
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
     from benchmarks.comparison.pictures import profile_picture
+    from benchmarks.comparison.report import between_steps_note, between_steps_report
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
@@ -43,6 +44,8 @@ def render(
         game, profile = make_game(target, **overrides), None
     profile_picture(game, profile, out)
     if as_json:
-        print_json({"picture": out})
+        report = {} if profile is None else {"between_steps": between_steps_report(game, profile)}
+        print_json({"picture": out, **report})
     else:
         typer.echo(f"picture: {out}")
+        print_note(between_steps_note(game, {"": profile}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ppg_env.errors import InputError, require
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
@@ -85,7 +86,7 @@ def respond(
 
 def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
     """Return status and advice, with the agents named whose goals are out of reach."""
-    advice = ADVICE[result.status]
+    advice = ADVICE[result.status].format(when=overlap_times(game))
     if result.status is Status.UNREACHABLE:
         advice = unreachable_advice(game, movers)
     elif result.detail and result.status is Status.ERROR:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
@@ -82,6 +83,6 @@ class Outcomes:
 
 def _no_way(game: Game, agent: int) -> str:
     return (
-        f"{game.agent_names[agent]} has no plan free of overlap while the others keep "
-        "theirs; start from another profile or order, or lengthen the horizon"
+        f"{game.agent_names[agent]} has no plan free of overlap {overlap_times(game)} while the "
+        "others keep theirs; start from another profile or order, or lengthen the horizon"
     )
