@@ -39,6 +39,9 @@ from ppg_env.game.margins import (
 from ppg_env.game.plan import Profile
 from ppg_env.game.supporting_halfspaces import supporting_halfspaces
 
+TINY = float(np.finfo(float).tiny)
+"""Replaces positive probabilities that are too small for a float."""
+
 SMALLEST_TAIL = 1e-20
 """Steps that a face covers with a smaller probability get no other candidates, to save time."""
 
@@ -51,19 +54,20 @@ class Cover(NamedTuple):
     times : (K,) instants.
     normals, levels : (K, d) unit normals; (K,) distances of the means, in standard deviations.
     deviations : (K,) standard deviations along the normals; zero without noise.
-    tails : (K,) probabilities.
+    log_tails : (K,) logarithms of the probabilities.
     """
 
     times: np.ndarray
     normals: np.ndarray
     levels: np.ndarray
     deviations: np.ndarray
-    tails: np.ndarray
+    log_tails: np.ndarray
 
     @property
     def bound(self) -> float:
-        """The union bound."""
-        return float(self.tails.sum())
+        """The union bound; zero only if no noise leads to an overlap."""
+        tails = np.exp(self.log_tails)
+        return float(np.where(np.isneginf(self.log_tails), 0.0, np.maximum(tails, TINY)).sum())
 
 
 def swept_covers(game: Game, profile: Profile) -> list[Cover]:
@@ -78,25 +82,25 @@ def _cover(game: Game, e: int, means: np.ndarray, end: int, arrival: Sequence[in
     encounter, last = game.encounters[e], end + 1 if end else 0
     spread = encounter_covariances(game, encounter, rests(game, encounter, arrival))[:last]
     normals, offsets = encounter.collision.normals, encounter.collision.offsets
-    tails = _tails(normals, offsets, means[:last], spread)[2]
-    likely = np.flatnonzero((tails[:-1] + tails[1:]).min(axis=1) > SMALLEST_TAIL)
+    faces = np.exp(_log_tails(normals, offsets, means[:last], spread)[2])
+    likely = np.flatnonzero((faces[:-1] + faces[1:]).min(axis=1) > SMALLEST_TAIL)
     normals, offsets = supporting_halfspaces(normals, offsets, means, spread, likely)
-    levels, deviations, tails = _tails(normals, offsets, means[:last], spread)
-    times, chosen = _cheapest(tails)
+    levels, deviations, logs = _log_tails(normals, offsets, means[:last], spread)
+    times, chosen = _cheapest(np.exp(logs))
     picked = (times, chosen)
-    return Cover(times, normals[chosen], levels[picked], deviations[picked], tails[picked])
+    return Cover(times, normals[chosen], levels[picked], deviations[picked], logs[picked])
 
 
-def _tails(
+def _log_tails(
     normals: np.ndarray, offsets: np.ndarray, means: np.ndarray, spread: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (K, C) levels, deviations and probabilities of all half-spaces at all instants."""
-    from scipy.special import ndtr
+    """Return (K, C) levels, deviations and log probabilities of half-spaces at all instants."""
+    from scipy.special import log_ndtr
 
     square = np.einsum("ci,tij,cj->tc", normals, spread, normals)
     deviations = np.sqrt(np.maximum(square, 0.0))
     levels = face_margins(means @ normals.T - offsets, deviations)
-    return levels, deviations, ndtr(-levels)
+    return levels, deviations, log_ndtr(-levels)
 
 
 def _cheapest(tails: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
