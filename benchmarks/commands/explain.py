@@ -46,16 +46,17 @@ TOPICS: dict[str, dict[str, str]] = {
     "risk": {
         "bound": "Certified upper bounds: the paper's, which caps margins; its ratio to the "
         "tightest; best faces without the cap; exact instants summed; less what successive "
-        "instants share.",
+        "instants share.  For overlaps during steps: half-spaces that cover them; the sum that "
+        "programs minimise; less what successive half-spaces share.",
         "exact": "Exact for each instant; over time at most the tightest bound, at least the "
-        "likeliest instant.",
+        "likeliest instant.  Not for overlaps during steps.",
         "mc": "Episodes are simulated and crashes counted, with whom and when first.",
         "rare": "Crashes too rare to be counted: episodes on schedule drawn with a crash in sight "
         "and weighted; in the environment splitting by levels.",
         "std. error": "Standard error of the estimate.",
         "worth samples": "Equally weighted episodes with a crash that carry the same information.",
         "between instants": "Crashes on the straight lines between instants that no instant "
-        "shows; with --swept.",
+        "shows; where overlaps during steps count, or with --swept.",
         "difference": "Probability of the plan --against minus that of this plan, in the same "
         "noise.",
         **SHARED,

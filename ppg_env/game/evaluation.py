@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from ppg_env.game.margins import (
 )
 from ppg_env.game.plan import Profile, make_profile
 from ppg_env.game.reserve import planned_controls
+from ppg_env.game.swept_bound import swept_covers
 from ppg_env.game.workspace import workspace_excess
 
 
@@ -62,6 +64,7 @@ class Evaluation:
 
     Attributes
     ----------
+    profile : the plans.
     arrival : per agent, the arrival T_i; None if its mean never reaches the goal.
     margins : (E, H+1) margin of each event, an instant or the step that starts there; at its cap
         out of traffic, in the order of ``game.encounters``.
@@ -78,6 +81,7 @@ class Evaluation:
     """
 
     game: Game
+    profile: Profile
     arrival: tuple[int | None, ...]
     margins: np.ndarray
     traffic: np.ndarray
@@ -144,10 +148,13 @@ class Evaluation:
 
     @property
     def risk_bound(self) -> np.ndarray:
-        """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
+        """(N,) upper bound on the probability that the agent crashes, in the game's own event.
 
-        Margins are capped, so each time counts at least g(M'): the bound is valid, and loose
-        where margins are wide (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+        ``collisions="instants"``: overlap at a time step in traffic; sum of g(s).  Margins are
+        capped, so each time counts at least g(M'): the bound is loose where margins are wide
+        (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+
+        ``"swept"``: overlap during a step; by :mod:`ppg_env.game.swept_bound`, at most the sum.
 
         Raises
         ------
@@ -155,13 +162,21 @@ class Evaluation:
             For ``scale="paper"``, whose sum is not a bound (see :attr:`risk_sum`).
         """
         self._refuse_paper_scale()
-        return self.risk_sum
+        if self.game.collisions == "instants":
+            return self.risk_sum
+        return _sums(membership(self.game), self._swept_bounds)
 
     @property
     def risk_bound_any(self) -> float:
-        """Union bound on the probability that any agent crashes."""
+        """Upper bound on the probability that any agent crashes, as for :attr:`risk_bound`."""
         self._refuse_paper_scale()
-        return self.risk_sum_any
+        if self.game.collisions == "instants":
+            return self.risk_sum_any
+        return float(self._swept_bounds.sum())
+
+    @cached_property
+    def _swept_bounds(self) -> np.ndarray:
+        return np.array([cover.bound for cover in swept_covers(self.game, self.profile)])
 
     def _refuse_paper_scale(self) -> None:
         if self.game.scale != "exact":
@@ -212,6 +227,7 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
         potential = _weighted(objective.potential(game), arrival, losses, effort)
     return Evaluation(
         game=game,
+        profile=profile,
         arrival=arrival,
         margins=margins,
         traffic=traffic,
