@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ppg_env.env.observation import observation_frame
+from ppg_env.env.observation import moving_obstacles, observation_frame
 from ppg_env.env.rules import Rules
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import square_root
+from ppg_env.game.dynamics import covariances, square_root
+from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
@@ -36,10 +37,15 @@ class Tables(NamedTuple):
     control_set (S, N): the control set v of each agent at each step, the last row for all later
     steps; projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the
     control sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
-    pair (E, 2), -1 for an obstacle; normals, offsets, depths of the collision sets, those of
+    effort (N,) weights of the inputs' sizes;
+    path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
+    (K, 2), the times of rest and removal; obstacle_root (K, n, n) with root root' = noise, read
+    if any is ``drifting``; last_motion, the time from which none of them moves;
+    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets, depths of the collision sets, those of
     encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
     units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
-    lam (N,) weights of time and crash_cost kappa;
+    variances (2, H'+1, faces) squared units due to either body alone;
+    crash_cost kappa;
     schedule (N,); centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
 
@@ -65,18 +71,25 @@ class Tables(NamedTuple):
     input_normals: np.ndarray
     input_offsets: np.ndarray
     first_input: np.ndarray
+    effort: np.ndarray
+    path: np.ndarray
+    obstacle_times: np.ndarray
+    obstacle_root: np.ndarray
+    drifting: bool
+    last_motion: int
     pair: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray
     depths: np.ndarray
     first_face: np.ndarray
     units: np.ndarray
+    variances: np.ndarray
     margin_cap: float
-    lam: np.ndarray
     crash_cost: float
     schedule: np.ndarray
     scheduled: bool
     stay: bool
+    swept: bool
     remove_crashed: bool
     margin_reward: bool
     social: bool
@@ -97,6 +110,7 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         **_dynamics(game, n, m),
         separable=np.array([_separable(agent, rules, n, m) for agent in game.agents]),
         **_control_sets(game, rules, m),
+        **_obstacles(game, n),
         **_encounters(game),
         **_rules(game, rules),
         centre=centre,
@@ -123,7 +137,7 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
         "root": root,
         "start_root": start_root,
         "random_start": bool(start_root.any()),
-        "lam": np.array([agent.lam for agent in agents]),
+        "effort": np.array([agent.effort for agent in agents]),
     }
 
 
@@ -148,17 +162,57 @@ def _control_sets(game: Game, rules: Rules, m: int) -> dict[str, Any]:
     }
 
 
+def _obstacles(game: Game, n: int) -> dict[str, Any]:
+    """Return the fields about moving obstacles."""
+    obstacles = [game.obstacles[k] for k in moving_obstacles(game)]
+    K, longest = len(obstacles), max((obstacle.rest for obstacle in obstacles), default=0)
+    path, root = np.zeros((K, longest + 1, n)), np.zeros((K, n, n))
+    times = np.zeros((K, 2), dtype=np.int64)
+    for k, obstacle in enumerate(obstacles):
+        path[k, :, : game.dim] = obstacle.positions(longest)
+        root[k, : game.dim, : game.dim] = square_root(obstacle.noise)
+        times[k] = obstacle.rest, NEVER if obstacle.until is None else obstacle.until
+    return {
+        "path": path,
+        "obstacle_times": times,
+        "obstacle_root": root,
+        "drifting": bool(root.any()),
+        "last_motion": int(times.min(axis=1).max(initial=0)),
+    }
+
+
+def _variances(game: Game, encounter: Encounter) -> np.ndarray:
+    """Return (2, H+1, F) the squared units of margin due to either body alone."""
+    spread = [
+        covariances(game.agents[i], game.horizon)[:, : game.dim, : game.dim]
+        for i in encounter.agents
+    ]
+    if encounter.obstacle is not None:
+        spread.append(game.obstacles[encounter.obstacle].covariances(game.horizon))
+    normals, scale = encounter.collision.normals, 2.0 if game.scale == "exact" else 1.0
+    along = np.einsum("fi,btij,fj->btf", normals, np.stack(spread), normals)
+    return scale * np.maximum(along, 0.0)
+
+
 def _encounters(game: Game) -> dict[str, Any]:
     """Return the fields about collisions and margins."""
-    faces = collision_faces(game)
-    units = (encounter_units(game, encounter) for encounter in game.encounters)
+    faces, encounters = collision_faces(game), game.encounters
+    units = (encounter_units(game, encounter) for encounter in encounters)
+    rows = np.zeros((2, game.horizon + 1, 0))
+    bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
+    pair = encounter_pairs(game)
+    pair[:, 1] = [
+        j if j >= 0 else bodies.get(encounter.obstacle, -1)
+        for j, encounter in zip(pair[:, 1], encounters, strict=True)
+    ]
     return {
-        "pair": encounter_pairs(game),
+        "pair": pair,
         "normals": faces.normals,
         "offsets": faces.offsets,
         "depths": faces.depths,
         "first_face": faces.first,
-        "units": np.hstack([np.zeros((game.horizon + 1, 0)), *units]),
+        "units": np.hstack([rows[0], *units]),
+        "variances": np.concatenate([rows, *(_variances(game, e) for e in encounters)], axis=2),
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
     }
@@ -171,6 +225,7 @@ def _rules(game: Game, rules: Rules) -> dict[str, Any]:
         "schedule": np.array(rules.schedule or [NEVER] * len(game.agents), dtype=np.int64),
         "scheduled": rules.arrival == "schedule",
         "stay": rules.on_goal == "stay",
+        "swept": game.collisions == "swept",
         "remove_crashed": rules.on_crash == "remove",
         "margin_reward": rules.reward == "margin",
         "social": rules.sharing == "social",
