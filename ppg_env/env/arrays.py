@@ -32,19 +32,21 @@ class Tables(NamedTuple):
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
     start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
-    A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
+    A (N, n, n), B (N, n, m), root (N + K, n, n) with root root' = noise, of agents and of moving
+    obstacles, start_root (N, n, n) likewise sigma0;
     separable (N,): whether no axis affects another, input limits included;
     control_set (S, N): the control set v of each agent at each step, the last row for all later
-    steps; projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the
-    control sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
+    steps; projection (V,) with low, high = limits (2, V, m); edges (see :func:`_edges`) and faces
+    of the control sets, concatenated, those of set v from ``first_row[0, v]`` and
+    ``first_row[1, v]`` on;
     effort (N,) weights of the inputs' sizes;
     path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
-    (K, 2), the times of rest and removal; obstacle_root (K, n, n) with root root' = noise, read
-    if any is ``drifting``; last_motion, the time from which none of them moves;
+    (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
+    which none of them moves;
     pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets, depths of the collision sets, those of
     encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
-    units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
-    variances (2, H'+1, faces) squared units due to either body alone;
+    units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
+    body alone, the last row for all later times;
     crash_cost kappa;
     schedule (N,); centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
@@ -64,17 +66,14 @@ class Tables(NamedTuple):
     separable: np.ndarray
     control_set: np.ndarray
     projection: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    limits: np.ndarray
     edges: np.ndarray
-    first_edge: np.ndarray
     input_normals: np.ndarray
     input_offsets: np.ndarray
-    first_input: np.ndarray
+    first_row: np.ndarray
     effort: np.ndarray
     path: np.ndarray
     obstacle_times: np.ndarray
-    obstacle_root: np.ndarray
     drifting: bool
     last_motion: int
     pair: np.ndarray
@@ -83,7 +82,6 @@ class Tables(NamedTuple):
     depths: np.ndarray
     first_face: np.ndarray
     units: np.ndarray
-    variances: np.ndarray
     margin_cap: float
     crash_cost: float
     schedule: np.ndarray
@@ -122,7 +120,11 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
     """Return the fields about starts, goals, motion and preferences of the agents."""
     agents, N = game.agents, len(game.agents)
     start, goal = np.zeros((N, n)), np.zeros((N, n))
-    A, B, root, start_root = (np.zeros((N, n, k)) for k in (n, m, n, n))
+    moving = moving_obstacles(game)
+    A, B, start_root = (np.zeros((N, n, k)) for k in (n, m, n))
+    root = np.zeros((N + len(moving), n, n))
+    for b, k in enumerate(moving):
+        root[N + b, : game.dim, : game.dim] = square_root(game.obstacles[k].noise)
     for i, agent in enumerate(agents):
         k, inputs = agent.state_dim, agent.control_dim
         start[i, :k], goal[i, : agent.goal.size] = agent.start, agent.goal
@@ -144,21 +146,19 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
 def _control_sets(game: Game, rules: Rules, m: int) -> dict[str, Any]:
     """Return the fields about control sets, those of each agent in the order of their steps."""
     sets = [control for agent in game.agents for _, control in pieces(agent.control)]
-    low, high = np.zeros((len(sets), m)), np.zeros((len(sets), m))
+    limits = np.zeros((2, len(sets), m))
     for v, control in enumerate(sets):
-        low[v, : control.dim], high[v, : control.dim] = control.bounds
+        limits[:, v, : control.dim] = control.bounds
     edges, faces = [_edges(control) for control in sets], [control.faces for control in sets]
     padded = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in faces]
     return {
         "control_set": _control_set(game),
         "projection": np.array([_projection(control, rules) for control in sets]),
-        "low": low,
-        "high": high,
+        "limits": limits,
         "edges": np.concatenate(edges),
-        "first_edge": _firsts([len(rows) for rows in edges]),
         "input_normals": np.concatenate(padded),
         "input_offsets": np.concatenate([b for _, b in faces]),
-        "first_input": _firsts([len(a) for a in padded]),
+        "first_row": np.stack([_firsts([len(rows) for rows in kind]) for kind in (edges, padded)]),
     }
 
 
@@ -166,23 +166,20 @@ def _obstacles(game: Game, n: int) -> dict[str, Any]:
     """Return the fields about moving obstacles."""
     obstacles = [game.obstacles[k] for k in moving_obstacles(game)]
     K, longest = len(obstacles), max((obstacle.rest for obstacle in obstacles), default=0)
-    path, root = np.zeros((K, longest + 1, n)), np.zeros((K, n, n))
-    times = np.zeros((K, 2), dtype=np.int64)
+    path, times = np.zeros((K, longest + 1, n)), np.zeros((K, 2), dtype=np.int64)
     for k, obstacle in enumerate(obstacles):
         path[k, :, : game.dim] = obstacle.positions(longest)
-        root[k, : game.dim, : game.dim] = square_root(obstacle.noise)
         times[k] = obstacle.rest, NEVER if obstacle.until is None else obstacle.until
     return {
         "path": path,
         "obstacle_times": times,
-        "obstacle_root": root,
-        "drifting": bool(root.any()),
+        "drifting": any(obstacle.noise.any() for obstacle in obstacles),
         "last_motion": int(times.min(axis=1).max(initial=0)),
     }
 
 
-def _variances(game: Game, encounter: Encounter) -> np.ndarray:
-    """Return (2, H+1, F) the squared units of margin due to either body alone."""
+def _units(game: Game, encounter: Encounter) -> np.ndarray:
+    """Return (3, H+1, F) units of margin, and the squares of those due to either body alone."""
     spread = [
         covariances(game.agents[i], game.horizon)[:, : game.dim, : game.dim]
         for i in encounter.agents
@@ -190,15 +187,18 @@ def _variances(game: Game, encounter: Encounter) -> np.ndarray:
     if encounter.obstacle is not None:
         spread.append(game.obstacles[encounter.obstacle].covariances(game.horizon))
     normals, scale = encounter.collision.normals, 2.0 if game.scale == "exact" else 1.0
-    along = np.einsum("fi,btij,fj->btf", normals, np.stack(spread), normals)
-    return scale * np.maximum(along, 0.0)
+    result = np.zeros((3, game.horizon + 1, len(normals)))
+    result[0] = encounter_units(game, encounter)
+    for k, covariance in enumerate(spread):
+        along = np.einsum("fi,tij,fj->tf", normals, covariance, normals)
+        result[1 + k] = scale * np.maximum(along, 0.0)
+    return result
 
 
 def _encounters(game: Game) -> dict[str, Any]:
     """Return the fields about collisions and margins."""
     faces, encounters = collision_faces(game), game.encounters
-    units = (encounter_units(game, encounter) for encounter in encounters)
-    rows = np.zeros((2, game.horizon + 1, 0))
+    units = [np.zeros((3, game.horizon + 1, 0)), *(_units(game, e) for e in encounters)]
     bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
     pair = encounter_pairs(game)
     pair[:, 1] = [
@@ -211,8 +211,7 @@ def _encounters(game: Game) -> dict[str, Any]:
         "offsets": faces.offsets,
         "depths": faces.depths,
         "first_face": faces.first,
-        "units": np.hstack([rows[0], *units]),
-        "variances": np.concatenate([rows, *(_variances(game, e) for e in encounters)], axis=2),
+        "units": np.concatenate(units, axis=2),
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
     }

@@ -20,7 +20,7 @@ ABSENT, RESTING, MOVING = range(3)
 """Presence of a body: two bodies are in traffic if their sum exceeds ``MOVING``."""
 
 
-@njit(cache=True)
+@njit(inline="always")
 def mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presence):
     """Write the presence of every body of a copy in the event at ``time``.
 
@@ -44,14 +44,14 @@ def mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presenc
 @njit(cache=True)
 def price_margins(
     axes, before, state, status, arrived, parked, clock, swept, stay, obstacle_times, lam, cap,
-    pair, normals, offsets, first_face, units, variances, safety_cost,
+    pair, normals, offsets, first_face, units, safety_cost,
 ):  # fmt: skip
     """Charge the agents of encounters in traffic for margins below the cap.
 
     At instants this comes before the move; with ``swept`` after it, for the step.
     """
     C, N = status.shape
-    last = units.shape[0] - 1
+    last = units.shape[1] - 1
     presence = np.empty(state.shape[1] + 1, np.int64)
     frozen = np.empty((2 * stay, offsets.size))
     for c in range(C):
@@ -64,14 +64,14 @@ def price_margins(
             if presence[i] + presence[j] <= MOVING:
                 continue
             first, end = first_face[e], first_face[e + 1]
-            table, row, following = units, min(time, last), min(time + 1, last)
+            table, row, following = units[0], min(time, last), min(time + 1, last)
             if stay:
                 for k in range(1 + swept):
                     at = min(time + k, last)
                     own = min(at, parked[c, i])
                     other = min(at, parked[c, j]) if 0 <= j < N else at
                     for f in range(first, end):
-                        frozen[k, f] = np.sqrt(variances[0, own, f] + variances[1, other, f])
+                        frozen[k, f] = np.sqrt(units[1, own, f] + units[2, other, f])
                 table, row, following = frozen, 0, 1
             if swept:
                 best = best_step_face(axes, before, state, c, i, j, normals, offsets, first, end,
@@ -92,15 +92,20 @@ def collide(
     """Flag encounters in traffic that overlap, at the end of the step or during it."""
     C, N = status.shape
     presence = np.empty(state.shape[1] + 1, np.int64)
+    plain = not (swept or stay or obstacle_times.size)  # the paper's rules need no presence
     for c in range(C):
         for i in range(N):
             crashed[c, i] = False
-        time = clock[c] - swept
-        mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presence)
+        if not plain:
+            mark_presence(c, clock[c] - swept, status, arrived, swept, stay, obstacle_times,
+                          presence)  # fmt: skip
         for e in range(pair.shape[0]):
             i, j = pair[e, 0], pair[e, 1]
             overlap[c, e] = False
-            if presence[i] + presence[j] <= MOVING:
+            if plain:
+                if status[c, i] != TRAFFIC or (j >= 0 and status[c, j] != TRAFFIC):
+                    continue
+            elif presence[i] + presence[j] <= MOVING:
                 continue
             first, last = first_face[e], first_face[e + 1]
             if swept:

@@ -22,11 +22,22 @@ from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, NEVER, POLYGON, Tables
 from ppg_env.env.encounters import collide, price_margins
-from ppg_env.env.observation import write_observations
+from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 
-_observe = njit(cache=True)(write_observations)
+_write_observations = njit(cache=True)(write_observations)
+_write_obstacles = njit(cache=True)(write_obstacles)
+
+
+@njit(inline="always")
+def _observe(g, marks, marked, state, status, clock, out):
+    """Write the observations of the copies whose mark is ``marked``."""
+    _write_observations(g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
+                        g.goal_size, g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
+    if g.path.size:
+        _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
+                         out)  # fmt: skip
 
 
 @njit(cache=True)
@@ -46,29 +57,25 @@ def step(
     if g.margin_reward and not g.swept:
         price_margins(g.axes, state, state, status, arrived, parked, clock, False, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
-                      g.first_face, g.units, g.variances, safety_cost)  # fmt: skip
+                      g.first_face, g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
-          g.root, g.separable, g.control_set, g.projection, g.low, g.high, g.edges, g.first_edge,
-          g.input_normals, g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance,
-          g.schedule, g.scheduled, lam, g.effort, arrived, time_cost)  # fmt: skip
+          g.root, g.separable, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+          g.input_offsets, g.first_row, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled,
+          lam, g.effort, arrived, time_cost)  # fmt: skip
     if g.obstacle_times.size:
         _move_obstacles(g.state_axes, state, status.shape[1], clock, noise, g.path,
-                        g.obstacle_times, g.obstacle_root, g.drifting)  # fmt: skip
+                        g.obstacle_times, g.root, g.drifting)  # fmt: skip
     if g.margin_reward and g.swept:
         price_margins(g.axes, before, state, status, arrived, parked, clock, True, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
-                      g.first_face, g.units, g.variances, safety_cost)  # fmt: skip
+                      g.first_face, g.units, safety_cost)  # fmt: skip
     collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
             g.pair, g.normals, g.depths, g.first_face, crashed, overlap)  # fmt: skip
     _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
             g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
             safety_cost, reward, terminated, truncated, over)  # fmt: skip
-    _observe(g.state_axes, g.axes, over, False, state, status, clock, g.goal, g.goal_size,
-             g.path, g.obstacle_times, g.centre, g.scale, g.max_cycles, g.stay,
-             observation)  # fmt: skip
-    final = final_observation if restarting else observation
-    _observe(g.state_axes, g.axes, over, True, state, status, clock, g.goal, g.goal_size,
-             g.path, g.obstacle_times, g.centre, g.scale, g.max_cycles, g.stay, final)  # fmt: skip
+    _observe(g, over, False, state, status, clock, observation)
+    _observe(g, over, True, state, status, clock, final_observation if restarting else observation)
     if restarting:
         begin(g, over, state, status, parked, alive, clock, start_noise, observation)
 
@@ -79,9 +86,7 @@ def begin(g: Tables, chosen, state, status, parked, alive, clock, noise, observa
     _restart(g.state_axes, chosen, state, status, parked, alive, clock, noise, g.start,
              g.start_root, g.random_start, g.goal, g.goal_size, g.tolerance, g.schedule,
              g.scheduled, g.path)  # fmt: skip
-    _observe(g.state_axes, g.axes, chosen, True, state, status, clock, g.goal, g.goal_size,
-             g.path, g.obstacle_times, g.centre, g.scale, g.max_cycles, g.stay,
-             observation)  # fmt: skip
+    _observe(g, chosen, True, state, status, clock, observation)
 
 
 @njit(cache=True)
@@ -122,8 +127,8 @@ def _restart(
 @njit(cache=True)
 def _move(
     state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, separable,
-    control_set, projection, low, high, edges, first_edge, input_normals, input_offsets,
-    first_input, goal, goal_size, tolerance, schedule, scheduled, lam, effort, arrived, time_cost,
+    control_set, projection, limits, edges, input_normals, input_offsets, first_row, goal,
+    goal_size, tolerance, schedule, scheduled, lam, effort, arrived, time_cost,
 ):  # fmt: skip
     """Move agents in traffic by x' = A x + B u + root noise; charge time and effort, flag arrivals.
 
@@ -131,6 +136,7 @@ def _move(
     """
     C, N = status.shape
     n, m = len(state_axes), len(input_axes)
+    low, high, first_edge, first_input = limits[0], limits[1], first_row[0], first_row[1]
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
@@ -203,7 +209,7 @@ def _move_obstacles(
                     continue
                 state[c, body, k] += path[b, t, k] - path[b, t - 1, k]
                 for q in range(n):
-                    state[c, body, k] += root[b, k, q] * noise[c, body, q]
+                    state[c, body, k] += root[body, k, q] * noise[c, body, q]
 
 
 @njit(cache=True)

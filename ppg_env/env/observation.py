@@ -70,8 +70,6 @@ def write_observations(
     clock: np.ndarray,
     goal: np.ndarray,
     goal_size: np.ndarray,
-    path: np.ndarray,
-    obstacle_times: np.ndarray,
     centre: np.ndarray,
     scale: float,
     max_cycles: int,
@@ -112,6 +110,31 @@ def write_observations(
                         value = state[c, j, k] - (state[c, i, k] if k < d else 0.0)
                     out[c, i, w] = value * inverse
                     w += 1
+
+
+def write_obstacles(
+    axes: tuple[int, ...],
+    marks: np.ndarray,
+    marked: bool,
+    state: np.ndarray,
+    clock: np.ndarray,
+    path: np.ndarray,
+    obstacle_times: np.ndarray,
+    scale: float,
+    out: np.ndarray,
+) -> None:
+    """Write what agents observe of moving obstacles to the last entries of ``out``.
+
+    The kernel compiles this function, a separate one because games without moving obstacles
+    would be slower; arguments are as in :func:`write_observations`.
+    """
+    C, N, W = out.shape
+    d, inverse = len(axes), 1.0 / scale
+    for c in range(C):
+        if marks[c] != marked:
+            continue
+        for i in range(N):
+            w = W - path.shape[0] * (1 + 2 * d)
             for b in range(path.shape[0]):
                 rest, until = obstacle_times[b]
                 now, following = min(clock[c], rest), min(clock[c] + 1, rest)

@@ -83,7 +83,7 @@ class Simulator:
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
-        C, m, self.copies = copies, self.tables.low.shape[1], copies
+        C, m, self.copies = copies, self.tables.limits.shape[2], copies
         self.observation_size = observation_size(game)
         self.action_size = m
         self.low, self.high = np.zeros((N, m)), np.zeros((N, m))

@@ -142,7 +142,7 @@ class Swarm:
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
                 tables.axes, simulator.bodies, simulator.status, simulator.clock, tables.stay,
-                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units,
+                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units[0],
                 closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)
