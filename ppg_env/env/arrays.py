@@ -31,10 +31,11 @@ class Tables(NamedTuple):
     """The arguments of the kernel that no step changes.
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
-    start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
+    start (N, n), goal (N, n): arrival regions, ``tolerance`` wide;
+    agent_codes (3, N): sizes of goals, times of arrival on schedule, and whether the agent is
+    separable: no axis affects another, input limits included;
     A (N, n, n), B (N, n, m), root (N + K, n, n) with root root' = noise, of agents and of moving
     obstacles, start_root (N, n, n) likewise sigma0;
-    separable (N,): whether no axis affects another, input limits included;
     control_set (S, N): the control set v of each agent at each step, the last row for all later
     steps; projection (V,) with low, high = limits (2, V, m); edges (see :func:`_edges`) and faces
     of the control sets, concatenated, those of set v from ``first_row[0, v]`` and
@@ -48,7 +49,7 @@ class Tables(NamedTuple):
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times;
     crash_cost kappa;
-    schedule (N,); centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
+    centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
 
     state_axes: tuple[int, ...]
@@ -56,14 +57,13 @@ class Tables(NamedTuple):
     axes: tuple[int, ...]
     start: np.ndarray
     goal: np.ndarray
-    goal_size: np.ndarray
+    agent_codes: np.ndarray
     tolerance: float
     A: np.ndarray
     B: np.ndarray
     root: np.ndarray
     start_root: np.ndarray
     random_start: bool
-    separable: np.ndarray
     control_set: np.ndarray
     projection: np.ndarray
     limits: np.ndarray
@@ -84,7 +84,6 @@ class Tables(NamedTuple):
     units: np.ndarray
     margin_cap: float
     crash_cost: float
-    schedule: np.ndarray
     scheduled: bool
     stay: bool
     swept: bool
@@ -106,7 +105,14 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         input_axes=(0,) * m,
         axes=(0,) * game.dim,
         **_dynamics(game, n, m),
-        separable=np.array([_separable(agent, rules, n, m) for agent in game.agents]),
+        agent_codes=np.array(
+            [
+                [agent.goal.size for agent in game.agents],
+                rules.schedule or [NEVER] * len(game.agents),
+                [_separable(agent, rules, n, m) for agent in game.agents],
+            ],
+            dtype=np.int64,
+        ),
         **_control_sets(game, rules, m),
         **_obstacles(game, n),
         **_encounters(game),
@@ -133,7 +139,6 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
     return {
         "start": start,
         "goal": goal,
-        "goal_size": np.array([agent.goal.size for agent in agents]),
         "A": A,
         "B": B,
         "root": root,
@@ -221,7 +226,6 @@ def _rules(game: Game, rules: Rules) -> dict[str, Any]:
     """Return the fields about the rules of play."""
     return {
         "tolerance": float(rules.tolerance),
-        "schedule": np.array(rules.schedule or [NEVER] * len(game.agents), dtype=np.int64),
         "scheduled": rules.arrival == "schedule",
         "stay": rules.on_goal == "stay",
         "swept": game.collisions == "swept",

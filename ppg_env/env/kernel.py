@@ -34,7 +34,7 @@ _write_obstacles = njit(cache=True)(write_obstacles)
 def _observe(g, marks, marked, state, status, clock, out):
     """Write the observations of the copies whose mark is ``marked``."""
     _write_observations(g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
-                        g.goal_size, g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
+                        g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
     if g.path.size:
         _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
                          out)  # fmt: skip
@@ -59,9 +59,9 @@ def step(
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
                       g.first_face, g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
-          g.root, g.separable, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
-          g.input_offsets, g.first_row, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled,
-          lam, g.effort, arrived, time_cost)  # fmt: skip
+          g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+          g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+          g.effort, arrived, time_cost)  # fmt: skip
     if g.obstacle_times.size:
         _move_obstacles(g.state_axes, state, status.shape[1], clock, noise, g.path,
                         g.obstacle_times, g.root, g.drifting)  # fmt: skip
@@ -84,19 +84,19 @@ def step(
 def begin(g: Tables, chosen, state, status, parked, alive, clock, noise, observation):
     """Reset the ``chosen`` copies; ``noise`` (C, bodies, n) is read if starts are random."""
     _restart(g.state_axes, chosen, state, status, parked, alive, clock, noise, g.start,
-             g.start_root, g.random_start, g.goal, g.goal_size, g.tolerance, g.schedule,
-             g.scheduled, g.path)  # fmt: skip
+             g.start_root, g.random_start, g.goal, g.agent_codes, g.tolerance, g.scheduled,
+             g.path)  # fmt: skip
     _observe(g, chosen, True, state, status, clock, observation)
 
 
 @njit(cache=True)
 def _restart(
     state_axes, chosen, state, status, parked, alive, clock, noise, start, root, random,
-    goal, goal_size, tolerance, schedule, scheduled, path,
+    goal, agent_codes, tolerance, scheduled, path,
 ):  # fmt: skip
     """Put all bodies at their starts; an agent whose start is its goal arrives at time 0."""
     C, N = status.shape
-    n = len(state_axes)
+    n, goal_size, schedule = len(state_axes), agent_codes[0], agent_codes[1]
     for c in range(C):
         if not chosen[c]:
             continue
@@ -126,9 +126,9 @@ def _restart(
 
 @njit(cache=True)
 def _move(
-    state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, separable,
-    control_set, projection, limits, edges, input_normals, input_offsets, first_row, goal,
-    goal_size, tolerance, schedule, scheduled, lam, effort, arrived, time_cost,
+    state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, control_set,
+    projection, limits, edges, input_normals, input_offsets, first_row, goal, agent_codes,
+    tolerance, scheduled, lam, effort, arrived, time_cost,
 ):  # fmt: skip
     """Move agents in traffic by x' = A x + B u + root noise; charge time and effort, flag arrivals.
 
@@ -137,6 +137,7 @@ def _move(
     C, N = status.shape
     n, m = len(state_axes), len(input_axes)
     low, high, first_edge, first_input = limits[0], limits[1], first_row[0], first_row[1]
+    goal_size, schedule, separable = agent_codes[0], agent_codes[1], agent_codes[2]
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
@@ -222,6 +223,7 @@ def _settle(
     C, N = status.shape
     for c in range(C):
         busy, total = False, 0.0
+        waiting = stay and clock[c] < last_motion  # an obstacle may still hit a parked body
         for i in range(N):
             if not margin_reward:
                 safety_cost[c, i] = (1.0 - lam[c, i]) * crash_cost if crashed[c, i] else 0.0
@@ -229,9 +231,7 @@ def _settle(
                 status[c, i] = CRASHED
                 if swept:
                     arrived[c, i] = False
-            busy = busy or status[c, i] == TRAFFIC
-            if stay and status[c, i] == ARRIVED and clock[c] < last_motion:
-                busy = True  # a moving obstacle may still hit the parked body
+            busy = busy or status[c, i] == TRAFFIC or (waiting and status[c, i] == ARRIVED)
             total += time_cost[c, i] + safety_cost[c, i]
         late = clock[c] >= max_cycles
         over[c] = not busy or late
