@@ -45,7 +45,11 @@ class Cells:
         """Return the mask of the cells wholly outside { x : normals x <= limits }."""
         result = np.zeros(self.shape, dtype=bool)
         everywhere = tuple(slice(0, count) for count in self.shape)
-        for normal, limit in zip(normals, limits.tolist(), strict=True):
+        high = self.low + np.array(self.shape) * self.size
+        most = np.maximum(normals * self.low, normals * high).sum(axis=1)
+        for normal, limit, largest in zip(normals, limits.tolist(), most.tolist(), strict=True):
+            if largest <= limit + SLACK:
+                continue
             result |= self._along(normal, everywhere, -1) > limit + SLACK
         return result
 

@@ -6,7 +6,8 @@ D_t the displacements that a step allows (:mod:`ppg_env.game.step_lengths`),
 
     S_{t+1} = { c not blocked : c is connected to S_t within the free cells of S_t + D_t }
 
-contains the mean at t + 1 (without connection where bodies keep apart at instants alone).  The
+contains the mean at t + 1, within the reachable sets of an agent alone (without connection where
+bodies keep apart at instants alone).  The
 first t at which the goal's cell is in S_t bounds the arrival from below, and a goal that is in no
 S_t is out of reach: a proof.  That a cell is in S_t proves nothing.
 
@@ -23,15 +24,15 @@ import numpy as np
 from ppg_env.game.barriers import Barrier, barriers
 from ppg_env.game.cells import SLACK, Cells, connected, dilated
 from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival
+from ppg_env.game.reachability import earliest_arrival, plan_upper
 from ppg_env.game.step_lengths import position_box, step_directions, step_lengths
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
 MOST_CELLS = {1: 4_000, 2: 25_000, 3: 120_000}
 """Largest number of cells by dimension; spaces of more dimensions are not divided."""
 
-PER_STEP = {1: 32, 2: 16, 3: 6}
-"""Largest number of cells per step along an axis."""
+PER_STEP = (1, 2, 3, 4, 6, 8, 10, 12, 16)
+"""Numbers of cells per step along an axis, of which the largest affordable one is taken."""
 
 SHARE = 0.05
 """A step is shorter than a whole number of cells by this part of a cell: rounded up, it is then
@@ -40,8 +41,8 @@ hardly longer."""
 ZOOMS = 3
 """Number of times that cells are made finer within the space that is connected to the start."""
 
-MOST_PARTS = 6
-"""Largest number of parts of a step."""
+PARTS = (1, 2, 4)
+"""Numbers of parts of a step."""
 
 
 @lru_cache(maxsize=1024)
@@ -79,6 +80,9 @@ class FreeSpace:
         self._game, self._agent, self.bodies = game, game.agents[index], bodies
         self._directions = step_directions(self._agent)
         self._lengths = step_lengths(self._agent, self._directions, game.horizon)
+        padding = np.zeros((len(self._directions), self._agent.state_dim - game.dim))
+        rows = np.hstack([self._directions, padding])
+        self._upper = plan_upper(self._agent, rows, game.horizon)
         self._longest = self._extents(self._lengths.max(axis=0))
         self.start, self.goal = (p[: game.dim] for p in (self._agent.start, self._agent.goal))
         self._swept = game.collisions == "swept"
@@ -105,16 +109,16 @@ class FreeSpace:
         near = self._box_of_bodies(*whole)
         if self._component(*near, self.goal, self.start, whole) is None:
             return None
-        low, high = near
+        box = self._component(*near, self.start, self.goal, whole)
         for _ in range(ZOOMS):
-            joined = self._component(low, high, self.start, self.goal, whole)
-            if joined is None:
+            smaller = None if box is None else self._component(*box, self.start, self.goal, box)
+            if box is None or smaller is None:
                 return None
-            smaller = np.prod(joined[1] - joined[0]) < 0.5 * np.prod(high - low)
-            low, high = joined
-            if not smaller:
+            done = np.prod(smaller[1] - smaller[0]) > 0.5 * np.prod(box[1] - box[0])
+            box = smaller
+            if done:
                 break
-        return low, high
+        return box
 
     def _box_of_bodies(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the part of a box with start, goal, and all bodies that rest."""
@@ -157,8 +161,10 @@ class FreeSpace:
         extent, dim = high - low, self._agent.dim
         longest = np.where(self._longest > 10 * SLACK, self._longest, extent)
         steps = np.maximum(extent / longest, 1.0)
-        count = int((MOST_CELLS[dim] / steps.prod()) ** (1 / dim))
-        return Cells.covering(low, high, longest / (max(min(count, PER_STEP[dim]), 1) - SHARE))
+        most = (MOST_CELLS[dim] / steps.prod()) ** (1 / dim)
+        # Multiples of the number of parts, so that parts are nearly whole numbers as well.
+        count = max((n for n in PER_STEP if n <= most), default=1)
+        return Cells.covering(low, high, longest / (count - SHARE))
 
     def _blocked_always(self, cells: Cells) -> np.ndarray:
         """Return the cells outside the workspace or inside a body that rests."""
@@ -183,6 +189,9 @@ class FreeSpace:
         advance = self._along_step if self._swept else self._at_instant
         for t in range(self._game.horizon):
             moved, reached = advance(self.cells, reached, always, moving, t)
+            # Cells round every step up; reachable sets are exact as long as the way is straight.
+            far = self.cells.beyond(self._directions, self._upper[t + 1])
+            moved, reached = moved & ~far, reached & ~far
             self.reached.append(reached)
             if (moved & goals).any():
                 yield t + 1
@@ -252,7 +261,7 @@ def _parts(around: Sequence[Barrier], t: int) -> int:
         low, high = body.collision.bounds
         moves = np.abs(body.path[t + 1] - body.path[t])
         most = max(most, 4 * float((moves / (high - low)).max()))
-    return int(min(np.ceil(most), MOST_PARTS))
+    return min((count for count in PARTS if count >= most), default=max(PARTS))
 
 
 def _blocked(
