@@ -31,6 +31,11 @@ class Barrier:
         """Whether the body is where it is at all times."""
         return self.until >= len(self.path) - 1 and not (self.path - self.path[0]).any()
 
+    def meets(self, low: np.ndarray, high: np.ndarray) -> bool:
+        """Return whether the body can keep a position in a box from being taken, at some time."""
+        least, most = self.collision.bounds
+        return bool(((self.path + least < high) & (self.path + most > low)).all(axis=1).any())
+
 
 def barriers(game: Game, agent: int, given: Mapping[int, Plan]) -> list[Barrier]:
     """Return the obstacles, the agents of ``given``, and agents that stay at their start."""

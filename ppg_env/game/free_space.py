@@ -71,13 +71,13 @@ class FreeSpace:
 
     Attributes
     ----------
-    bodies : the bodies that it keeps apart from.
+    bodies : the bodies that it can meet.
     cells : the cells; None if goal and start are not connected.
     reached : the masks S_t, as far as they have been computed.
     """
 
     def __init__(self, game: Game, index: int, bodies: Sequence[Barrier]) -> None:
-        self._game, self._agent, self.bodies = game, game.agents[index], bodies
+        self._game, self._agent = game, game.agents[index]
         self._directions = step_directions(self._agent)
         self._lengths = step_lengths(self._agent, self._directions, game.horizon)
         padding = np.zeros((len(self._directions), self._agent.state_dim - game.dim))
@@ -86,6 +86,7 @@ class FreeSpace:
         self._longest = self._extents(self._lengths.max(axis=0))
         self.start, self.goal = (p[: game.dim] for p in (self._agent.start, self._agent.goal))
         self._swept = game.collisions == "swept"
+        self.bodies = [body for body in bodies if body.meets(*self._whole_box())]
         self._kernels: dict[bytes, np.ndarray] = {}
         self.reached: list[np.ndarray] = []
         box = self._connected_box() if self._swept else self._whole_box()
@@ -148,6 +149,8 @@ class FreeSpace:
         cells = Cells.covering(low, high, np.minimum(extent, size))
         joined = connected(cells.near(first), ~self._blocked_always(cells))
         places = np.argwhere(joined)
+        if not len(places):  # a body rests there
+            return None
         least = cells.low + places.min(axis=0) * cells.size
         most = cells.low + (places.max(axis=0) + 1) * cells.size
         if ((least <= low) & (low > whole[0])).any() or ((most >= high) & (high < whole[1])).any():
