@@ -24,6 +24,15 @@ class Cells:
         counts = np.maximum(np.ceil((high - low) / size - 1e-9), 1).astype(int)
         return cls((low + high - counts * size) / 2, size, tuple(counts.tolist()))
 
+    @classmethod
+    def around(
+        cls, centre: np.ndarray, low: np.ndarray, high: np.ndarray, size: np.ndarray
+    ) -> Cells:
+        """Return cells of a ``size`` (d,) that cover a box, one of them around ``centre``."""
+        before = np.ceil((centre - low) / size - 0.5)
+        counts = before + np.maximum(np.ceil((high - centre) / size - 0.5), 0) + 1
+        return cls(centre - (before + 0.5) * size, size, tuple(counts.astype(int).tolist()))
+
     def centres(self, cells: np.ndarray) -> np.ndarray:
         """Return the centres (K, d) of ``cells`` (K, d)."""
         return self.low + (cells + 0.5) * self.size
@@ -53,8 +62,13 @@ class Cells:
             result |= self._along(normal, everywhere, -1) > limit + SLACK
         return result
 
-    def block(self, blocked: np.ndarray, collision: Polytope, shifts: np.ndarray) -> None:
-        """Mark the cells wholly inside a collision set at each of ``shifts`` (K, d)."""
+    def block(
+        self, blocked: np.ndarray, collision: Polytope, shifts: np.ndarray, part: float
+    ) -> None:
+        """Mark the cells inside a collision set at each of ``shifts`` (K, d).
+
+        Wholly inside, if ``part`` is 1; 0 stands for the centre, and 0.5 for half of the cell.
+        """
         low, high = collision.bounds
         window = self.window(low + shifts.max(axis=0), high + shifts.min(axis=0))
         if any(part.start >= part.stop for part in window):
@@ -62,10 +76,10 @@ class Cells:
         inside = np.ones(tuple(part.stop - part.start for part in window), dtype=bool)
         for normal, offset in zip(*collision.faces, strict=True):
             limit = float(offset + (shifts @ normal).min()) - SLACK
-            inside &= self._along(normal, window, 1) < limit
+            inside &= self._along(normal, window, part) < limit
         blocked[window] |= inside
 
-    def _along(self, normal: np.ndarray, window: tuple[slice, ...], side: int) -> np.ndarray:
+    def _along(self, normal: np.ndarray, window: tuple[slice, ...], side: float) -> np.ndarray:
         """Return the largest (``side`` 1) or smallest (-1) normal . x in each cell of a window."""
         total = np.zeros(())
         for k, part in enumerate(window):

@@ -31,7 +31,7 @@ from ppg_env.game.workspace import workspace_limits, workspace_rows
 MOST_CELLS = {1: 4_000, 2: 25_000, 3: 120_000}
 """Largest number of cells by dimension; spaces of more dimensions are not divided."""
 
-PER_STEP = (1, 2, 3, 4, 6, 8, 10, 12, 16)
+PER_STEP = (1, 2, 4, 8, 12, 16)
 """Numbers of cells per step along an axis, of which the largest affordable one is taken."""
 
 SHARE = 0.05
@@ -43,6 +43,9 @@ ZOOMS = 3
 
 PARTS = (1, 2, 4)
 """Numbers of parts of a step."""
+
+SPANS = (1, 4)
+"""Numbers of steps over which displacements are bounded at once: cells round each of them up."""
 
 
 @lru_cache(maxsize=1024)
@@ -71,13 +74,18 @@ class FreeSpace:
 
     Attributes
     ----------
+    inner : count only centres of cells, and steps from centre to centre, which proves nothing
+        but shows ways that plans can follow.
     bodies : the bodies that it can meet.
     cells : the cells; None if goal and start are not connected.
     reached : the masks S_t, as far as they have been computed.
     """
 
-    def __init__(self, game: Game, index: int, bodies: Sequence[Barrier]) -> None:
+    def __init__(
+        self, game: Game, index: int, bodies: Sequence[Barrier], *, inner: bool = False
+    ) -> None:
         self._game, self._agent = game, game.agents[index]
+        self._rounding = 0.0 if inner else 1.0
         self._directions = step_directions(self._agent)
         self._lengths = step_lengths(self._agent, self._directions, game.horizon)
         padding = np.zeros((len(self._directions), self._agent.state_dim - game.dim))
@@ -167,7 +175,7 @@ class FreeSpace:
         most = (MOST_CELLS[dim] / steps.prod()) ** (1 / dim)
         # Multiples of the number of parts, so that parts are nearly whole numbers as well.
         count = max((n for n in PER_STEP if n <= most), default=1)
-        return Cells.covering(low, high, longest / (count - SHARE))
+        return Cells.around(self.start, low, high, longest / (count - SHARE))
 
     def _blocked_always(self, cells: Cells) -> np.ndarray:
         """Return the cells outside the workspace or inside a body that rests."""
@@ -178,7 +186,7 @@ class FreeSpace:
         blocked = cells.beyond(rows[places, :d], limits[places])
         for body in self.bodies:
             if body.rests:
-                cells.block(blocked, body.collision, body.path[:1])
+                cells.block(blocked, body.collision, body.path[:1], self._rounding)
         return blocked
 
     def arrivals(self) -> Iterator[int]:
@@ -192,9 +200,12 @@ class FreeSpace:
         advance = self._along_step if self._swept else self._at_instant
         for t in range(self._game.horizon):
             moved, reached = advance(self.cells, reached, always, moving, t)
-            # Cells round every step up; reachable sets are exact as long as the way is straight.
-            far = self.cells.beyond(self._directions, self._upper[t + 1])
-            moved, reached = moved & ~far, reached & ~far
+            # Cells round every step up; longer spans and reachable sets do not.
+            near = ~self.cells.beyond(self._directions, self._upper[t + 1])
+            for span in SPANS[not moving :]:
+                if span <= t + 1:
+                    near &= self._within_span(self.cells, t, span)
+            moved, reached = moved & near, reached & near
             self.reached.append(reached)
             if (moved & goals).any():
                 yield t + 1
@@ -212,12 +223,11 @@ class FreeSpace:
         """Return twice the cells reached at t + 1, connected to those ``reached`` at t."""
         around = [body for body in moving if t < body.until]
         parts = _parts(around, t)
+        kernel = self.kernel(cells, self._lengths[t] / parts)
         for part in range(parts):
             ends = np.array([part, part + 1]) / parts
-            free = self.dilated(cells, reached, t, parts) & ~_blocked(
-                cells, always, around, t, ends
-            )
-            reached = connected(reached, free)
+            free = ~self._blocked(cells, always, around, t, ends)
+            reached = connected(reached, dilated(reached, kernel) & free)
         return reached, reached
 
     def _at_instant(
@@ -232,27 +242,49 @@ class FreeSpace:
 
         At its arrival, an agent is out of traffic.
         """
-        moved = self.dilated(cells, reached, t, 1)
+        moved = dilated(reached, self.kernel(cells, self._lengths[t]))
         around = [body for body in moving if t + 1 < body.until]
-        return moved, moved & ~_blocked(cells, always, around, t + 1, np.zeros(1))
+        return moved, moved & ~self._blocked(cells, always, around, t + 1, np.zeros(1))
 
-    def dilated(self, cells: Cells, mask: np.ndarray, t: int, parts: int = 1) -> np.ndarray:
-        """Return the cells within a ``parts``-th of step t from those of ``mask``."""
-        return dilated(mask, self.kernel(cells, t, parts))
+    def _blocked(
+        self,
+        cells: Cells,
+        always: np.ndarray,
+        around: Sequence[Barrier],
+        t: int,
+        ends: np.ndarray,
+    ) -> np.ndarray:
+        """Return the cells blocked from ``ends[0]`` to ``ends[-1]`` of the step from t on."""
+        if not around:
+            return always
+        blocked = always.copy()
+        for body in around:
+            moves = body.path[min(t + 1, len(body.path) - 1)] - body.path[t]
+            shifts = body.path[t] + ends[:, None] * moves
+            cells.block(blocked, body.collision, shifts, self._rounding)
+        return blocked
 
-    def kernel(self, cells: Cells, t: int, parts: int = 1) -> np.ndarray:
-        """Return the mask of displacements between cells in a part of step t, none in its middle.
+    def _within_span(self, cells: Cells, t: int, span: int) -> np.ndarray:
+        """Return the cells within the last ``span`` steps up to t + 1 of those reached before."""
+        lengths = self._lengths[t + 1 - span : t + 1].sum(axis=0)
+        return dilated(self.reached[t + 1 - span], self.kernel(cells, lengths))
+
+    def step_kernel(self, cells: Cells, t: int) -> np.ndarray:
+        """Return the :meth:`kernel` of step t."""
+        return self.kernel(cells, self._lengths[t])
+
+    def kernel(self, cells: Cells, lengths: np.ndarray) -> np.ndarray:
+        """Return the mask of displacements between cells within ``lengths``, none in its middle.
 
         A displacement is included if it connects any points of the cells.
         """
-        lengths = self._lengths[t] / parts
         key = lengths.tobytes()
         if key not in self._kernels:
             most = np.ceil(self._extents(lengths) / cells.size)
             most = np.minimum(most, cells.shape).astype(int)
             axes = [np.arange(-m, m + 1) * h for m, h in zip(most, cells.size, strict=True)]
             moves = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) @ self._directions.T
-            room = np.abs(self._directions) @ cells.size
+            room = self._rounding * (np.abs(self._directions) @ cells.size)
             self._kernels[key] = (moves <= lengths + room).all(axis=-1)
         return self._kernels[key]
 
@@ -265,16 +297,3 @@ def _parts(around: Sequence[Barrier], t: int) -> int:
         moves = np.abs(body.path[t + 1] - body.path[t])
         most = max(most, 4 * float((moves / (high - low)).max()))
     return min((count for count in PARTS if count >= most), default=max(PARTS))
-
-
-def _blocked(
-    cells: Cells, always: np.ndarray, around: Sequence[Barrier], t: int, ends: np.ndarray
-) -> np.ndarray:
-    """Return the cells that are blocked from ``ends[0]`` to ``ends[-1]`` of the step from t on."""
-    if not around:
-        return always
-    blocked = always.copy()
-    for body in around:
-        moves = body.path[min(t + 1, len(body.path) - 1)] - body.path[t]
-        cells.block(blocked, body.collision, body.path[t] + ends[:, None] * moves)
-    return blocked

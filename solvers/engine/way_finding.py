@@ -14,7 +14,6 @@ from itertools import islice
 import numpy as np
 
 from ppg_env.game.barriers import Barrier, barriers
-from ppg_env.game.cells import Cells
 from ppg_env.game.free_space import FreeSpace
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
@@ -22,8 +21,8 @@ from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.pricing import PricedProfile, price
 
-TRIALS = 4
-"""Number of arrivals at which a way is looked for."""
+TRIALS = 8
+"""Number of arrivals at which a way is looked for, from the earliest one on."""
 
 CLEAR = 1.5
 """Clearance in sizes of a cell beyond which more is no better."""
@@ -48,45 +47,55 @@ def find_first_plans(subproblem: Subproblem, budget: Budget) -> FirstPlans:
     (mover,) = subproblem.movers
     bodies = barriers(subproblem.game, mover, subproblem.given)
     space = FreeSpace(subproblem.game, mover, bodies)
-    earliest, plans = None, None
-    for arrival in islice(space.arrivals(), TRIALS):
-        earliest = arrival if earliest is None else earliest
-        plans = _plans_along(subproblem, space, arrival, budget)
-        if plans is not None or budget.out:
-            break
-    return FirstPlans(earliest, plans)
+    arrivals = list(islice(space.arrivals(), TRIALS))
+    if not arrivals:
+        return FirstPlans(None, None)
+    inner = FreeSpace(subproblem.game, mover, bodies, inner=True)
+    sure = next(inner.arrivals(), None)
+    safe = None if sure is None else _way(inner, sure)
+    for arrival in arrivals:
+        ways = [_way(space, arrival), None if safe is None else _in_time(safe, arrival)]
+        for way in ways:
+            if way is not None and not budget.out:
+                plans = _plans_along(subproblem, way, budget)
+                if plans is not None:
+                    return FirstPlans(arrivals[0], plans)
+    return FirstPlans(arrivals[0], None)
 
 
-def _plans_along(
-    subproblem: Subproblem, space: FreeSpace, arrival: int, budget: Budget
-) -> PricedProfile | None:
-    """Return plans with the faces along a way that takes ``arrival`` steps, if there are any."""
-    (mover,) = subproblem.movers
-    presolved = presolve_encounters(subproblem, subproblem.encounters, {mover: arrival})
-    if presolved is None or space.cells is None:
+def _in_time(way: np.ndarray, arrival: int) -> np.ndarray:
+    """Return the same way (T+1, d) at the speed at which it takes ``arrival`` steps."""
+    times = np.linspace(0, len(way) - 1, arrival + 1)
+    columns = [np.interp(times, np.arange(len(way)), column) for column in way.T]
+    return np.array(columns).T
+
+
+def _plans_along(subproblem: Subproblem, way: np.ndarray, budget: Budget) -> PricedProfile | None:
+    """Return plans with the faces along a ``way`` (T+1, d) of the only mover, if there are any."""
+    (mover,), game, arrivals = subproblem.movers, subproblem.game, len(way) - 1
+    presolved = presolve_encounters(subproblem, subproblem.encounters, {mover: arrivals})
+    if presolved is None:
         return None
-    game, way = subproblem.game, _way(space, space.cells, arrival)
-    if way is None:
-        return None
-    means = np.zeros((arrival + 1, game.agents[mover].state_dim))
+    means = np.zeros((len(way), game.agents[mover].state_dim))
     means[:, : game.dim] = way
-    program = FixedProgram(subproblem, {mover: arrival}, presolved)
+    program = FixedProgram(subproblem, {mover: arrivals}, presolved)
     point = Relaxation(program, 0.0, budget).solve_near([means] * len(game.agents))
     if point is None:
         return None
     return price(subproblem.objective, program.controls_at(point), subproblem.given)
 
 
-def _way(space: FreeSpace, cells: Cells, arrival: int) -> np.ndarray | None:
+def _way(space: FreeSpace, arrival: int) -> np.ndarray | None:
     """Return positions (T+1, d) of a way to the goal, from cell to cell; None if it breaks off."""
+    cells = space.cells
+    assert cells is not None
     way = np.empty((arrival + 1, len(space.goal)))
     way[0], way[arrival] = space.start, space.goal
     for t in range(arrival - 1, 0, -1):
         corner = np.floor((way[t + 1] - cells.low) / cells.size).astype(int)
-        moves = np.argwhere(space.kernel(cells, t)) - np.array(space.kernel(cells, t).shape) // 2
-        before = corner - moves
-        inside = ((before >= 0) & (before < cells.shape)).all(axis=1)
-        before = before[inside]
+        kernel = space.step_kernel(cells, t)
+        before = corner - (np.argwhere(kernel) - np.array(kernel.shape) // 2)
+        before = before[((before >= 0) & (before < cells.shape)).all(axis=1)]
         before = before[space.reached[t][tuple(before.T)]]
         if not len(before):
             return None
