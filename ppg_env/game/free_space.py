@@ -31,7 +31,7 @@ from ppg_env.game.workspace import workspace_limits, workspace_rows
 MOST_CELLS = {1: 4_000, 2: 25_000, 3: 120_000}
 """Largest number of cells by dimension; spaces of more dimensions are not divided."""
 
-PER_STEP = (1, 2, 4, 8, 12, 16)
+PER_STEP = (1, 2, 4, 8, 12, 16, 24, 32)
 """Numbers of cells per step along an axis, of which the largest affordable one is taken."""
 
 SHARE = 0.05
@@ -76,16 +76,23 @@ class FreeSpace:
     ----------
     inner : count only centres of cells, and steps from centre to centre, which proves nothing
         but shows ways that plans can follow.
+    finer : number of times as many cells.
     bodies : the bodies that it can meet.
     cells : the cells; None if goal and start are not connected.
     reached : the masks S_t, as far as they have been computed.
     """
 
     def __init__(
-        self, game: Game, index: int, bodies: Sequence[Barrier], *, inner: bool = False
+        self,
+        game: Game,
+        index: int,
+        bodies: Sequence[Barrier],
+        *,
+        inner: bool = False,
+        finer: int = 1,
     ) -> None:
         self._game, self._agent = game, game.agents[index]
-        self._rounding = 0.0 if inner else 1.0
+        self._rounding, self._most = 0.0 if inner else 1.0, finer * MOST_CELLS[game.dim]
         self._directions = step_directions(self._agent)
         self._lengths = step_lengths(self._agent, self._directions, game.horizon)
         padding = np.zeros((len(self._directions), self._agent.state_dim - game.dim))
@@ -172,7 +179,7 @@ class FreeSpace:
         extent, dim = high - low, self._agent.dim
         longest = np.where(self._longest > 10 * SLACK, self._longest, extent)
         steps = np.maximum(extent / longest, 1.0)
-        most = (MOST_CELLS[dim] / steps.prod()) ** (1 / dim)
+        most = (self._most / steps.prod()) ** (1 / dim)
         # Multiples of the number of parts, so that parts are nearly whole numbers as well.
         count = max((n for n in PER_STEP if n <= most), default=1)
         return Cells.around(self.start, low, high, longest / (count - SHARE))

@@ -8,6 +8,7 @@ way make a linear program, whose plans are exact.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 
@@ -23,6 +24,9 @@ from solvers.pricing import PricedProfile, price
 
 TRIALS = 8
 """Number of arrivals at which a way is looked for, from the earliest one on."""
+
+FINENESS = (1, 4)
+"""Numbers of times as many cells, in turn until a plan takes no longer than the bound."""
 
 CLEAR = 1.5
 """Clearance in sizes of a cell beyond which more is no better."""
@@ -50,17 +54,29 @@ def find_first_plans(subproblem: Subproblem, budget: Budget) -> FirstPlans:
     arrivals = list(islice(space.arrivals(), TRIALS))
     if not arrivals:
         return FirstPlans(None, None)
-    inner = FreeSpace(subproblem.game, mover, bodies, inner=True)
-    sure = next(inner.arrivals(), None)
-    safe = None if sure is None else _way(inner, sure)
-    for arrival in arrivals:
-        ways = [_way(space, arrival), None if safe is None else _in_time(safe, arrival)]
-        for way in ways:
-            if way is not None and not budget.out:
-                plans = _plans_along(subproblem, way, budget)
-                if plans is not None:
-                    return FirstPlans(arrivals[0], plans)
-    return FirstPlans(arrivals[0], None)
+    best: PricedProfile | None = None
+    for finer in FINENESS:
+        sure = FreeSpace(subproblem.game, mover, bodies, inner=True, finer=finer)
+        last = next(sure.arrivals(), None)
+        ways = [space, sure] if finer == 1 else [sure]
+        for arrival in arrivals:
+            if best is not None and arrival >= (best.profile[mover].arrival or 0):
+                break
+            for way in _ways(ways, last, arrival):
+                plans = None if budget.out else _plans_along(subproblem, way, budget)
+                if plans is not None and (best is None or plans.value < best.value):
+                    best = plans
+        if best is not None and best.profile[mover].arrival == arrivals[0]:
+            break
+    return FirstPlans(arrivals[0], best)
+
+
+def _ways(spaces: list[FreeSpace], last: int | None, arrival: int) -> Iterator[np.ndarray]:
+    """Yield ways that take ``arrival`` steps, the last space's from those that take ``last``."""
+    if len(spaces) > 1 and (way := _way(spaces[0], arrival)) is not None:
+        yield way
+    if last is not None and (way := _way(spaces[-1], last)) is not None:
+        yield _in_time(way, arrival)
 
 
 def _in_time(way: np.ndarray, arrival: int) -> np.ndarray:
