@@ -15,10 +15,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
+from ppg_env.game.free_space import earliest_way
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
-from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain
@@ -149,7 +149,7 @@ def _approximate(
     If annealing finds no plan, the exact search uses the rest of the time.
     """
     game = rule.game
-    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
+    if any(earliest_way(game, i) is None for i in range(len(game.agents))):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
     bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
