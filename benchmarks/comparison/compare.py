@@ -106,7 +106,8 @@ def _on_schedule(
         return None
     times = tuple(float("inf") if plan.arrival is None else plan.arrival for plan in profile)
     level = 1 - (1 - CONFIDENCE) / len(game.agents)
-    counts = crash_counts(game, profile, episodes, seed, workers=workers)
+    swept = game.collisions == "swept"
+    counts = crash_counts(game, profile, episodes, seed, swept=swept, workers=workers)
     each, of_any = counts.estimates(CONFIDENCE)
     played = Played(
         information=information(track(game, profile)),
@@ -118,7 +119,8 @@ def _on_schedule(
     )
     if counts.any >= FEW:
         return played
-    weights = crash_weights(game, profile, min(episodes, IN_SIGHT), seed, workers=workers)
+    rare = min(episodes, IN_SIGHT)
+    weights = crash_weights(game, profile, rare, seed, swept=swept, workers=workers)
     usual, surer = weights.risk(CONFIDENCE), weights.risk(level)
     return replace(
         played,
