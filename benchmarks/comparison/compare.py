@@ -106,8 +106,7 @@ def _on_schedule(
         return None
     times = tuple(float("inf") if plan.arrival is None else plan.arrival for plan in profile)
     level = 1 - (1 - CONFIDENCE) / len(game.agents)
-    swept = game.collisions == "swept"
-    counts = crash_counts(game, profile, episodes, seed, swept=swept, workers=workers)
+    counts = crash_counts(game, profile, episodes, seed, workers=workers)
     each, of_any = counts.estimates(CONFIDENCE)
     played = Played(
         information=information(track(game, profile)),
@@ -119,8 +118,7 @@ def _on_schedule(
     )
     if counts.any >= FEW:
         return played
-    rare = min(episodes, IN_SIGHT)
-    weights = crash_weights(game, profile, rare, seed, swept=swept, workers=workers)
+    weights = crash_weights(game, profile, min(episodes, IN_SIGHT), seed, workers=workers)
     usual, surer = weights.risk(CONFIDENCE), weights.risk(level)
     return replace(
         played,
