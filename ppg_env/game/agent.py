@@ -50,7 +50,7 @@ class Agent(Record):
         clear of its faces by so many standard deviations (:class:`HalfSpaces`).
     reserve : number z of standard deviations of feedback for which nominal controls leave room
         (:mod:`ppg_env.game.reserve`).
-    effort : cost w of the sum of |u_t|_1, added to the agent's own cost.
+    effort : cost w of the sum of ``|u_t|_1``, added to the agent's own cost.
     name : name in tables and figures; ``agent_<i>`` by default.
 
     Raises

@@ -73,7 +73,7 @@ class Evaluation:
     deficit : (N,) sum of M' - s.
     cost, shifted_cost : (N,) J_i, with G_i and with the deficit; infinite without arrival.
         For the objective ``risk`` both are lam T + (1 - lam) kappa sum g.
-    effort : (N,) sum of |u_t|_1.
+    effort : (N,) sum of ``|u_t|_1``.
     risk_sum : (N,) sum of g(s) in traffic; of 2 g(m) over steps.
     risk_sum_any : the same sum over all encounters.
     potential : Phi of the profile.
