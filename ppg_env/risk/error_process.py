@@ -54,7 +54,9 @@ class ErrorProcesses:
         noise of a step does not depend on T: a longer run continues a shorter one.
         """
         roots, starts = self._roots
-        kernel.draw(random, self.loops, roots, starts, self.rests, random_start, out)
+        kernel.draw(random, self.loops, roots, starts, random_start, out)
+        for s, rest in enumerate(self.rests):
+            out[rest + 1 :, s] = out[min(rest, len(out) - 1), s]
         return out
 
     def scratch(self, steps: int) -> Scratch:

@@ -15,11 +15,8 @@ from ppg_env.game.compiled_margins import best_face, clip, within
 
 
 @njit(cache=True, nogil=True)
-def draw(random, loops, roots, starts, rests, random_start, out):
-    """Fill ``out`` (T+1, S, n, B): e_0 = start z, e_{t+1} = F e_t + root z, z standard normal.
-
-    From time ``rests[s]`` on, process s stays as it is; its normals are drawn all the same.
-    """
+def draw(random, loops, roots, starts, random_start, out):
+    """Fill ``out`` (T+1, S, n, B): e_0 = start z, e_{t+1} = F e_t + root z, z standard normal."""
     T, S, n, B = out.shape
     fresh = np.empty((n, B))
     for t in range(T):
@@ -30,9 +27,6 @@ def draw(random, loops, roots, starts, rests, random_start, out):
             for q in range(n):
                 for b in range(B):
                     fresh[q, b] = random.standard_normal()
-            if t > rests[s]:
-                out[t, s] = out[t - 1, s]
-                continue
             root = starts[s] if t == 0 else roots[s]
             for k in range(n):
                 row = out[t, s, k]
