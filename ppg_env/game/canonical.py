@@ -68,6 +68,12 @@ def frame_of(game: Game) -> Frame | None:
     return Frame(game, canonical, controls)
 
 
+def in_own_units(game: Game, profile: Profile) -> tuple[Game, Profile]:
+    """Return the canonical game and profile, for what is a probability or a count of crashes."""
+    frame = frame_of(game)
+    return (game, profile) if frame is None else (frame.canonical, frame.into(profile))
+
+
 @lru_cache(maxsize=1024)
 def canonical_agent(agent: Agent) -> tuple[Agent, float]:
     """Return an agent in its own units, about its start, and the unit of its controls."""

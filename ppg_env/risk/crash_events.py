@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ppg_env.game.canonical import in_own_units
 from ppg_env.game.game import Game
 from ppg_env.game.margins import (
     collision_faces,
@@ -103,6 +104,7 @@ def make_crash_model(
     merge
         Whether to simulate two agents as one where possible (:mod:`ppg_env.risk.error_process`).
     """
+    game, profile = in_own_units(game, profile)
     swept = is_swept(game) if swept is None else swept
     watched = game
     if swept != is_swept(game):

@@ -31,6 +31,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
+from ppg_env.game.canonical import in_own_units
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.evaluation import Evaluation, evaluate
@@ -106,6 +107,7 @@ def risk_bounds(game: Game, profile: Profile) -> RiskBounds:
     """
     if game.scale != "exact":
         game = replace(game, scale="exact")
+    game, profile = in_own_units(game, profile)
     judged, places = evaluate(game, profile), mean_displacements(game, profile)
     frozen = [rests(game, e, judged.arrival) for e in game.encounters]
     spreads = [
