@@ -44,8 +44,9 @@ class Tables(NamedTuple):
     path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
     (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
     which none of them moves;
-    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets, depths of the collision sets, those of
-    encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
+    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets,
+    depths of the collision sets, those of encounter e from ``first_face[e]`` on
+    (:class:`ppg_env.game.margins.CollisionFaces`);
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times;
     crash_cost kappa;

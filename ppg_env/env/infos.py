@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from ppg_env import tolerances as tol
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import TRAFFIC
 from ppg_env.game.game import Game
@@ -25,7 +28,13 @@ class InfoReader:
         traffic = (self._simulator.status[0] == TRAFFIC).tolist()
         costs = {"crashed": False, "time_cost": 0.0, "safety_cost": 0.0}
         return {
-            name: costs | {"crashed_with": [], "arrived": not traffic[i], "in_traffic": traffic[i]}
+            name: costs
+            | {
+                "crashed_with": [],
+                "arrived": not traffic[i],
+                "in_traffic": traffic[i],
+                "outside": self._outside(i),
+            }
             for name, i in self._index.items()
         }
 
@@ -43,10 +52,19 @@ class InfoReader:
                 "crashed": crashed[i],
                 "crashed_with": self._crashed_with(i) if crashed[i] else [],
                 "in_traffic": traffic[i],
+                "outside": self._outside(i),
                 "time_cost": time[i],
                 "safety_cost": safety[i],
             }
         return infos
+
+    def _outside(self, agent: int) -> bool:
+        """Return whether the agent's state is outside its workspace; only means have to stay in."""
+        state = self._simulator.bodies[0, agent]
+        return any(
+            bool(np.any(region.normals @ state[: region.dim] > region.offsets + tol.LENGTH))
+            for region in self._simulator.game.agents[agent].within
+        )
 
     def _crashed_with(self, agent: int) -> list[str]:
         overlap = self._simulator.last.overlap[0]
