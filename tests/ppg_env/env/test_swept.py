@@ -12,10 +12,12 @@ from scipy.optimize import linprog
 
 from ppg_env import Agent, Game, Polytope, make_game
 from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.status import ARRIVED
 from ppg_env.game.compiled_margins import crossing, inside
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.tolerances import LENGTH
 from solvers import best_response_dynamics, social_optimum
+from solvers.feedback.receding_horizon import receding_horizon
 
 AXES = {1: (0,), 2: (0, 0), 3: (0, 0, 0)}
 
@@ -163,3 +165,30 @@ def check_plan(game: Game, solution: Any) -> None:
             returns[agent] += reward
     expected = -solution.evaluation.shifted_cost
     np.testing.assert_allclose(list(returns.values()), expected, atol=1e-5)
+
+
+def test_receding_horizon_counts_from_now_and_around_what_is_parked() -> None:
+    """Nothing is in the way of agent 2 but a parked body and an obstacle that comes and goes."""
+    body, speed, gate = Polytope.box([6, 6]), Polytope.box([20, 20]), Polytope.box([6, 30])
+
+    def agent(start: list[float], goal: list[float]) -> Agent:
+        return Agent(start, goal, body, speed, noise=0.0, lam=0.8)
+
+    agents = (agent([40, 8], [40, 0]), agent([40, -8], [40, -7]), agent([0, 0], [90, 0]))
+    closed = Obstacle(gate, [[25.0, 0.0]], until=4)
+    sweeper = Obstacle(body, [[60.0, 80.0 - 8.0 * t] for t in range(13)], noise=0.2)
+    game = Game(agents, (closed, sweeper), horizon=16, collisions="swept", on_goal="stay")
+    profile = best_response_dynamics(game).profile
+    players = receding_horizon(game, profile, every=2)
+    env = PathPlanningEnv(game, tolerance=1e-6)
+    env.reset(seed=0)
+    env.simulator.tables.root[:] = 0.0
+    while env.agents:
+        actions = {
+            a: players[int(a[-1])].act(env.simulator.view(int(a[-1])))[0] for a in env.agents
+        }
+        infos = env.step(actions)[4]
+        assert not any(info["crashed"] for info in infos.values())
+    assert env.simulator.status[0].tolist() == [ARRIVED] * 3
+    assert any(t > 2 for t, _plan in players[2]._plans.values()), "it has replanned on its way"
+    assert env.simulator.parked[0].tolist() == [plan.arrival for plan in profile]
