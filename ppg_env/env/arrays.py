@@ -207,10 +207,9 @@ def _encounters(game: Game) -> dict[str, Any]:
     units = [np.zeros((3, game.horizon + 1, 0)), *(_units(game, e) for e in encounters)]
     bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
     pair = encounter_pairs(game)
-    pair[:, 1] = [
-        j if j >= 0 else bodies.get(encounter.obstacle, -1)
-        for j, encounter in zip(pair[:, 1], encounters, strict=True)
-    ]
+    for e, encounter in enumerate(encounters):
+        if encounter.obstacle is not None:
+            pair[e, 1] = bodies.get(encounter.obstacle, -1)
     return {
         "pair": pair,
         "normals": faces.normals,

@@ -98,6 +98,7 @@ class SlowGame:
         stay = self.rules.on_goal == "stay"
         solid = ["traffic", "arrived"] if stay else ["traffic"]
         if k is None:
+            assert j is not None
             both = place[i] in solid and place[j] in solid
             return both and "traffic" in (place[i], place[j])
         obstacle = self.game.obstacles[k]
