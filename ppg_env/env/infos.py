@@ -21,6 +21,7 @@ class InfoReader:
     def __init__(self, simulator: Simulator, names: Sequence[str]) -> None:
         self._simulator = simulator
         self._index = {name: i for i, name in enumerate(names)}
+        self._regions = [agent.within for agent in simulator.game.agents]
         self._partners = _partners(simulator.game, names)
 
     def at_reset(self) -> Infos:
@@ -40,7 +41,7 @@ class InfoReader:
 
     def after_step(self, acting: Sequence[str]) -> Infos:
         """Return the infos of the agents that were ``acting`` in the last step."""
-        last, index = self._simulator.last, self._index
+        last, index, regions = self._simulator.last, self._index, self._regions
         arrived, crashed = last.arrived[0].tolist(), last.crashed[0].tolist()
         time, safety = last.time_cost[0].tolist(), last.safety_cost[0].tolist()
         traffic = (self._simulator.status[0] == TRAFFIC).tolist()
@@ -52,7 +53,7 @@ class InfoReader:
                 "crashed": crashed[i],
                 "crashed_with": self._crashed_with(i) if crashed[i] else [],
                 "in_traffic": traffic[i],
-                "outside": self._outside(i),
+                "outside": bool(regions[i]) and self._outside(i),
                 "time_cost": time[i],
                 "safety_cost": safety[i],
             }
@@ -63,7 +64,7 @@ class InfoReader:
         state = self._simulator.bodies[0, agent]
         return any(
             bool(np.any(region.normals @ state[: region.dim] > region.offsets + tol.LENGTH))
-            for region in self._simulator.game.agents[agent].within
+            for region in self._regions[agent]
         )
 
     def _crashed_with(self, agent: int) -> list[str]:
