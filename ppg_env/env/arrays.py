@@ -44,8 +44,9 @@ class Tables(NamedTuple):
     path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
     (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
     which none of them moves;
-    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets, depths of the collision sets, those of
-    encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
+    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets,
+    depths of the collision sets, those of encounter e from ``first_face[e]`` on
+    (:class:`ppg_env.game.margins.CollisionFaces`);
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times;
     crash_cost kappa;
@@ -206,10 +207,9 @@ def _encounters(game: Game) -> dict[str, Any]:
     units = [np.zeros((3, game.horizon + 1, 0)), *(_units(game, e) for e in encounters)]
     bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
     pair = encounter_pairs(game)
-    pair[:, 1] = [
-        j if j >= 0 else bodies.get(encounter.obstacle, -1)
-        for j, encounter in zip(pair[:, 1], encounters, strict=True)
-    ]
+    for e, encounter in enumerate(encounters):
+        if encounter.obstacle is not None:
+            pair[e, 1] = bodies.get(encounter.obstacle, -1)
     return {
         "pair": pair,
         "normals": faces.normals,

@@ -36,6 +36,9 @@ SMOOTH = 3
 FONT = 14
 """Height of letters in pixels."""
 
+DASH, GAP = 6.0, 4.0
+"""Lengths of dashes, and between them, in pixels."""
+
 SMALLEST_LABEL = 12.0
 """Bodies narrower than this, in pixels, get no number."""
 
@@ -49,7 +52,11 @@ class Sheet:
 
     def __init__(self, game: Game) -> None:
         self._dim = game.dim
-        corners = [outline(obstacle.vertices_at(0)) for obstacle in game.obstacles]
+        corners = [
+            outline(obstacle.vertices_at(t))
+            for obstacle in game.obstacles
+            for t in range(min(obstacle.rest, 2 * game.horizon) + 1)
+        ]
         for agent in game.agents:
             body = outline(agent.shape.vertices)
             corners += [
@@ -79,12 +86,14 @@ class Sheet:
         return outline(vertices) * (self._scale, -self._scale)
 
     def ground(self, game: Game, colours: Sequence[Colour]) -> Canvas:
-        """Return a new canvas with the static parts: grid, obstacles, start marks, scale."""
+        """Return a new canvas with the static parts: grid, obstacles, workspaces, start marks."""
         canvas = Canvas(self.width, self.height)
         unit = _round_length(self._extent.max() / 5)
         self._draw_grid(canvas, unit)
         for obstacle in game.obstacles:
-            canvas.polygon(self.at(outline(obstacle.vertices_at(0))), WALL, WALL_EDGE, 1.6)
+            if obstacle.path is None:
+                canvas.polygon(self.at(outline(obstacle.shape.vertices)), WALL, WALL_EDGE, 1.6)
+        self._draw_workspaces(canvas, game, colours)
         for agent, colour in zip(game.agents, colours, strict=True):
             canvas.disc(self.point(agent.start), 5.0, WHITE, mix(colour, 0.7), 1.8)
         self._draw_scale(canvas, unit)
@@ -97,6 +106,28 @@ class Sheet:
             canvas.line(self.at(np.array([[x, top], [x, top - height]])), GRID, 1.0)
         for y in unit * np.arange(np.ceil((top - height) / unit), top / unit):
             canvas.line(self.at(np.array([[left, y], [left + width, y]])), GRID, 1.0)
+
+    def _draw_workspaces(self, canvas: Canvas, game: Game, colours: Sequence[Colour]) -> None:
+        """Draw the outlines of workspaces given in positions, grey where several agents share one.
+
+        In space, those are the faces parallel to the third axis.
+        """
+        regions = [(region, i) for i, a in enumerate(game.agents) for region in a.within]
+        for region in dict.fromkeys(region for region, _ in regions if region.dim == game.dim):
+            users = [i for other, i in regions if other == region]
+            colour = mix(colours[users[0]], 0.7) if len(users) == 1 else GREY
+            normals = np.zeros((len(region.normals), 2))
+            normals[:, : min(game.dim, 2)] = region.normals[:, :2]
+            upright = np.abs(region.normals[:, 2:]).max(axis=1, initial=0.0) == 0
+            around = self.at_frame(2.0)  # its own sides are outside of the picture
+            edges = clip_polygon(around, normals[upright], region.offsets[upright])
+            for start, end in zip(edges, np.roll(edges, -1, axis=0), strict=True):
+                canvas.dashes(self.at(np.stack([start, end])), colour, 1.2)
+
+    def at_frame(self, wider: float) -> np.ndarray:
+        """Return the corners (4, 2) of a field ``wider`` times as large, counter-clockwise."""
+        centre, half = self._corner + self._extent * (0.5, -0.5), wider * self._extent / 2
+        return centre + half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
     def _draw_scale(self, canvas: Canvas, unit: float) -> None:
         right, y = self.width - 12.0, self.height - 12.0
@@ -135,6 +166,13 @@ class Canvas:
     def line(self, points: np.ndarray, colour: Colour, width: float) -> None:
         """Draw straight segments from each of ``points`` (P, 2) to the next."""
         self._draw.line(_flat(points), fill=colour, width=_whole(width))
+
+    def dashes(self, ends: np.ndarray, colour: Colour, width: float) -> None:
+        """Draw a dashed segment between two ``ends`` (2, 2)."""
+        length = float(np.hypot(*(ends[1] - ends[0])))
+        for start in np.arange(0.0, length, DASH + GAP):
+            shares = np.array([[start], [min(start + DASH, length)]]) / length
+            self.line(ends[0] + shares * (ends[1] - ends[0]), colour, width)
 
     def polygon(self, points: np.ndarray, fill: Colour | None, edge: Colour, width: float) -> None:
         """Draw a polygon with corners ``points`` (P, 2)."""
@@ -180,6 +218,22 @@ def hatch(outline: np.ndarray, gap: float) -> list[np.ndarray]:
         if len(ends) == 2:
             segments.append(ends)
     return segments
+
+
+def clip_polygon(corners: np.ndarray, normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the corners (V, 2) of the part of a convex polygon where normals x <= offsets."""
+    for normal, offset in zip(normals, offsets, strict=True):
+        beyond = corners @ normal - offset
+        kept = []
+        for k, corner in enumerate(corners):
+            before = beyond[k - 1]
+            if (before > 0) != (beyond[k] > 0):
+                share = before / (before - beyond[k])
+                kept.append(corners[k - 1] + share * (corner - corners[k - 1]))
+            if beyond[k] <= 0:
+                kept.append(corner)
+        corners = np.array(kept).reshape(-1, 2)
+    return corners
 
 
 def star(spikes: int, outer: float, inner: float) -> np.ndarray:

@@ -193,7 +193,7 @@ def _play(
     arrived = simulator.status == ARRIVED  # at time 0: they started at their goals
     crashed = np.zeros(shape, dtype=bool)
     crash_cost = (1 - simulator.lam) * simulator.game.crash_cost
-    for traffic, step in play(simulator, players, _noises(simulator, random)):
+    for _, step in play(simulator, players, _noises(simulator, random)):
         live = np.any(step.acting, axis=1, keepdims=True)
         cost += step.time_cost + (step.crashed & live) * crash_cost
         new_arrivals = step.arrived & live

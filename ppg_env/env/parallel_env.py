@@ -38,13 +38,17 @@ class PathPlanningEnv(ParallelEnv):
     Actions outside the set in force are projected on it (``saturation="clip"``).
 
     **Observations**: ``Box`` of shape (n + d + 2 + (N - 1)(1 + n),), float32, unbounded, with
-    n state and d position components; :mod:`ppg_env.env.observation` lists the entries.
-    ``state()`` is one vector of shape (N n + N + 1,), float32, listed there too.
+    n state and d position components; :mod:`ppg_env.env.observation` lists the entries, and those
+    that each moving obstacle adds.  ``state()`` is one vector of shape (N n + N + 1,), float32,
+    listed there too.
+
+    **Collisions** are overlaps after a step, or in games with ``collisions="swept"`` at any time
+    of it (:mod:`ppg_env.env.rules`).
 
     **Reward** ``risk``: -lam per step in traffic, -(1 - lam) kappa at a crash.  ``margin``:
-    -lam - (1 - lam) sum (M' - s) per step in traffic, over all encounters in traffic before the
-    move.  With ``sharing="social"`` every agent gets the sum of all rewards, to the end of the
-    episode.
+    -lam per step in traffic, -(1 - lam) (M' - s) per step and encounter in traffic.  Both: minus
+    the ``effort`` of the applied input.  With ``sharing="social"`` every agent gets the sum of all
+    rewards, to the end of the episode.
 
     **Life-cycle** (arrivals are settled before collisions):
 
@@ -54,15 +58,16 @@ class PathPlanningEnv(ParallelEnv):
     arrival, on_goal="remove"   the agent terminates, its body is removed
     arrival, on_goal="stay"     its body stays parked and can be hit; it terminates with the last
     crash, on_crash="remove"    all agents that overlap terminate, their bodies are removed
-    crash, on_crash="continue"  they pay and go on; every step that ends in an overlap is a crash
-    no agent left in traffic    all remaining agents terminate
+    crash, on_crash="continue"  they pay and go on; every step with an overlap is a crash
+    no agent left in traffic    all remaining agents terminate, parked ones once obstacles rest
     ``max_cycles`` steps        all remaining agents are truncated
     sharing="social"            no agent terminates before the last: all wait for the sum
     ==========================  ==============================================================
 
     **Infos**, per living agent and step: ``arrived``, ``crashed`` (bool), ``crashed_with`` (names
-    of agents, ``obstacle_<k>``), ``in_traffic``, ``time_cost``, ``safety_cost`` (the agent's own
-    terms; the selfish reward is minus their sum).
+    of agents, ``obstacle_<k>``), ``in_traffic``, ``outside`` (whether the realised state is outside
+    the agent's workspace ``within``, which binds means only), ``time_cost`` (effort included),
+    ``safety_cost`` (the agent's own terms; the selfish reward is minus their sum).
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Pictures of an episode as it is played, as arrays or in a window.
 
-Layers from bottom to top: grid and obstacles; start marks (rings); trails of realised positions
+Layers from bottom to top: grid, workspaces (dashed) and obstacles at rest; start marks (rings);
+moving obstacles where they are, a dot per step; trails of realised positions
 (a dot per step, a cross at a crash, a large dot at an arrival); goals (stars: hollow while their
 agent is in traffic, filled after its arrival, grey after its crash); bodies with their agent's
 number (parked ones hatched); events of the last few steps (rings for arrivals, bursts for
@@ -24,6 +25,8 @@ from ppg_env.env.canvas import (
     SIDE,
     SMALLEST_LABEL,
     SMOOTH,
+    WALL,
+    WALL_EDGE,
     WHITE,
     Canvas,
     Sheet,
@@ -35,6 +38,7 @@ from ppg_env.env.canvas import (
     shade,
     star,
 )
+from ppg_env.env.observation import moving_obstacles
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.env.window import Window
 from ppg_env.game.game import Game
@@ -58,7 +62,8 @@ FAR = 10.0 * SIDE
 class Moment(NamedTuple):
     """One time of an episode, in pixels.
 
-    points (N, 2); status, arrived, crashed (N,); contacts (K, 2), the places where bodies overlap.
+    points (N, 2); status, arrived, crashed (N,); contacts (K, 2), the places where bodies overlap;
+    obstacles, the outlines (V, 2) of the moving obstacles that are there.
     """
 
     points: np.ndarray
@@ -66,6 +71,7 @@ class Moment(NamedTuple):
     arrived: np.ndarray
     crashed: np.ndarray
     contacts: np.ndarray
+    obstacles: tuple[np.ndarray, ...]
 
 
 class Viewer:
@@ -89,6 +95,7 @@ class Viewer:
         self._hatches = [hatch(outline, 6.0) for outline in self._outlines]
         self._radii = [float(np.hypot(*outline.T).max()) for outline in self._outlines]
         self._burst = min(max(min(self._radii), 16.0), 60.0)
+        self._moving = [game.obstacles[k] for k in moving_obstacles(game)]
         ends = [(pair.agents[0], pair.agents[-1]) for pair in game.encounters]
         self._sides = np.array(ends, dtype=np.intp).reshape(-1, 2)
         self._simulator: Simulator | None = None
@@ -114,6 +121,7 @@ class Viewer:
             last.arrived[0] & happened,
             last.crashed[0] & happened,
             self._contacts(points, last.overlap[0] & happened),
+            self._obstacles(simulator),
         )
         self._moments.append(moment)
         self._arrived |= moment.arrived | (moment.status == ARRIVED)
@@ -124,6 +132,8 @@ class Viewer:
         from PIL import Image
 
         canvas = self._painted_trails().copy()
+        for outline in self._moments[-1].obstacles:
+            canvas.polygon(outline, (*WALL, 200), WALL_EDGE, 1.6)
         self._draw_goals(canvas)
         for age in range(EVENT_STEPS - 1, 0, -1):
             self._draw_events(canvas, age)
@@ -175,6 +185,14 @@ class Viewer:
         hit = counts[:, 0] > 0
         return np.unique((sums[hit] / counts[hit]).round(3), axis=0)
 
+    def _obstacles(self, simulator: Simulator) -> tuple[np.ndarray, ...]:
+        places = simulator.bodies[0, len(self._game.agents) :]
+        return tuple(
+            self._sheet.shape(obstacle.shape.vertices) + self._sheet.point(place)
+            for obstacle, place in zip(self._moving, places, strict=True)
+            if obstacle.until is None or self._time < obstacle.until
+        )
+
     def _painted_trails(self) -> Canvas:
         """Return the canvas with ground and trails up to the last moment."""
         if self._canvas is None:
@@ -183,6 +201,8 @@ class Viewer:
             if k > 0:
                 self._paint_step(self._canvas, self._moments[k - 1], self._moments[k])
             self._paint_marks(self._canvas, self._moments[k])
+            for outline in self._moments[k].obstacles:
+                self._canvas.disc(outline.mean(axis=0), 1.6, WALL_EDGE)
         self._painted = len(self._moments)
         return self._canvas
 

@@ -1,7 +1,9 @@
 """Receding-horizon players for the environment.
 
 Every few steps, a player solves its best response from the observed state.  It predicts that the
-other agents follow their initial plans, and that their deviations shrink by their gains.
+other agents follow their initial plans, that their deviations shrink by their gains, and that
+moving obstacles keep their distance from their paths.  Agents that have left are ignored; parked
+ones are obstacles.
 """
 
 from __future__ import annotations
@@ -13,9 +15,11 @@ import numpy as np
 
 from ppg_env.env.players import GoToGoal, Player, Tracker, View
 from ppg_env.errors import InputError, require
+from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import later
 from ppg_env.game.objective import selfish
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.support.frozen import frozen_array
 from solvers.budget import Budget
@@ -83,37 +87,81 @@ class RecedingHorizon:
     def _replan(self, copy: int, t: int, view: View) -> None:
         """Store the best response of one copy from its states at step ``t``, if there is one."""
         game, left = self._game, max(self._game.horizon - t, 1)
+        movers = np.flatnonzero(view.in_traffic[copy]).tolist()
         agents, plans = [], []
-        for i, agent in enumerate(game.agents):
+        for i in movers:
+            agent = game.agents[i]
             state = view.state[copy, i, : agent.state_dim]
-            control = later(agent.control, t)
-            agents.append(
-                replace(agent, start=state, control=control, sigma0=np.zeros_like(agent.sigma0))
-            )
-            plans.append(self._predicted(i, state, t, left, bool(view.in_traffic[copy, i])))
+            agents.append(self._agent_now(agent, state, t, own=i == self._agent))
+            plans.append(self._predicted(i, state, t, left))
+        obstacles, own = self._obstacles_now(copy, t, view), movers.index(self._agent)
         for horizon in (left, game.horizon):  # a late agent gets the whole horizon again
             try:
-                now = replace(game, agents=tuple(agents), horizon=horizon)
+                now = replace(game, agents=tuple(agents), obstacles=obstacles, horizon=horizon)
             except InputError:  # bodies overlap already
                 return
             given = tuple(_stretched(plan, horizon) for plan in plans)
-            own_cost, budget = selfish(now, self._agent), Budget(self._limit)
-            response = minimise(own_cost, (self._agent,), given, self._solver, budget)
+            own_cost, budget = selfish(now, own), Budget(self._limit)
+            response = minimise(own_cost, (own,), given, self._solver, budget)
             if response.profile is not None:
-                self._plans[copy] = (t, response.profile[self._agent])
+                self._plans[copy] = (t, response.profile[own])
                 return
 
-    def _predicted(self, i: int, state: np.ndarray, t: int, steps: int, in_traffic: bool) -> Plan:
+    def _agent_now(self, agent: Agent, state: np.ndarray, t: int, *, own: bool) -> Agent:
+        """Return an agent as it starts at step ``t``, its state known.
+
+        A state that has left the workspace widens it up to there; others' plans need none.
+        """
+        within = tuple(
+            replace(
+                region, offsets=np.maximum(region.offsets, region.normals @ state[: region.dim])
+            )
+            for region in agent.within
+            if own
+        )
+        return replace(
+            agent,
+            start=state,
+            control=later(agent.control, t),
+            sigma0=np.zeros_like(agent.sigma0),
+            within=within,
+        )
+
+    def _obstacles_now(self, copy: int, t: int, view: View) -> tuple[Obstacle, ...]:
+        """Return the obstacles with time counted from ``t``, and parked agents as obstacles.
+
+        A moving obstacle is expected to keep its present distance from its path.
+        """
+        obstacles, positions = [], iter(view.obstacles[copy])
+        for obstacle in self._game.obstacles:
+            if obstacle.path is None:
+                path = None
+            else:
+                ahead = obstacle.path[min(t, obstacle.rest) :]
+                path = ahead + (next(positions) - ahead[0])
+            until = None if obstacle.until is None else obstacle.until - t
+            if until is None or until >= 1:
+                obstacles.append(replace(obstacle, path=path, until=until))
+        for i in np.flatnonzero(view.parked[copy]):
+            position = view.state[copy, i, : self._game.dim]
+            obstacles.append(Obstacle(self._game.agents[i].shape, position[None]))
+        return tuple(obstacles)
+
+    def _predicted(self, i: int, state: np.ndarray, t: int, steps: int) -> Plan:
         """Return the means of agent i if it follows its plan and gain from ``state`` at t."""
         agent, plan = self._game.agents[i], self._profile[i]
-        means, error = np.empty((steps + 1, agent.state_dim)), state - plan.means[t]
+        means, error = (
+            np.empty((steps + 1, agent.state_dim)),
+            state - plan.means[min(t, self._game.horizon)],
+        )
         for k in range(steps + 1):
             means[k] = plan.means[min(t + k, self._game.horizon)] + error
             error = agent.closed_loop @ error
         end = self._game.horizon if plan.arrival is None else plan.arrival
-        arrival = max(end - t, 1) if in_traffic else 0
         return Plan(
-            frozen_array(np.zeros((steps, agent.control_dim))), frozen_array(means), arrival
+            frozen_array(np.zeros((steps, agent.control_dim))),
+            frozen_array(means),
+            max(end - t, 1),
         )
 
 

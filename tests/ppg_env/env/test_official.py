@@ -22,7 +22,9 @@ from pettingzoo.test import (
 from pettingzoo.test.state_test import state_test
 
 import ppg_env
-from ppg_env import InputError, SingleAgentEnv, make_game, path_planning_v0
+from ppg_env import InputError, Polytope, SingleAgentEnv, make_game, path_planning_v0
+from ppg_env.game.half_spaces import HalfSpaces
+from ppg_env.game.obstacle import Obstacle
 from tests.ppg_env.env.conftest import LIFE_CYCLES, name, with_schedule
 
 # PettingZoo's tests advise against unbounded observations and read attributes through wrappers.
@@ -78,6 +80,57 @@ def test_state_passes_the_state_test(scenario: str) -> None:
 
 def test_the_gymnasium_view_passes_gymnasium_s_checker(scenario: str) -> None:
     check_env(SingleAgentEnv(scenario), skip_render_check=True)
+
+
+@pytest.mark.parametrize("reward", ["risk", "margin"])
+@pytest.mark.parametrize("sharing", ["selfish", "social"])
+def test_games_in_motion_pass_the_tests(reward: str, sharing: str) -> None:
+    game, rules = in_motion(), {"reward": reward, "sharing": sharing}
+    parallel_api_test(path_planning_v0.parallel_env(game, **rules), num_cycles=100)
+    api_test(path_planning_v0.env(game, **rules), num_cycles=60)
+    parallel_seed_test(lambda: path_planning_v0.parallel_env(game, **rules))
+    state_test(path_planning_v0.env(game), path_planning_v0.parallel_env(game))
+    check_env(SingleAgentEnv(game, **rules), skip_render_check=True)
+
+
+def in_motion() -> ppg_env.Game:
+    """Swept collisions, bodies that stay, workspaces, and obstacles that drift and go away."""
+    shuttle = Obstacle(Polytope.box([6, 6]), [[50.0, 90.0 - 8 * t] for t in range(8)], noise=0.5)
+    leaving = Obstacle(Polytope.box([9, 9]), [[30.0, 20.0], [40.0, 30.0]], until=3)
+    room = HalfSpaces.between([0.0, 0.0], [100.0, 100.0])
+    return make_game(
+        "head_on", collisions="swept", on_goal="stay", within=room, obstacles=(shuttle, leaving)
+    )
+
+
+def test_observations_and_state_hold_the_moving_obstacles() -> None:
+    env = path_planning_v0.parallel_env(in_motion(), noise=0.0)
+    env.simulator.tables.root[:] = 0.0
+    observations, _ = env.reset(seed=0)
+    scale, centre = env.simulator.tables.scale, env.simulator.tables.centre
+    for t in range(4):
+        place, last = np.array([50.0, 90.0 - 8 * t]), np.array([30.0 + 10 * min(t, 1), 20.0])
+        last[1] += 10 * min(t, 1)
+        for i, agent in enumerate(env.agents):
+            own = env.simulator.state[0, i]
+            shuttle, leaving = observations[agent][-10:].reshape(2, 5)
+            wanted = [1.0, *(place - own) / scale, 0.0, -8.0 / scale]
+            np.testing.assert_allclose(shuttle, wanted, atol=1e-6)
+            move = 10.0 / scale if t == 0 else 0.0
+            there = [1.0, *(last - own) / scale, move, move] if t < 3 else [0.0] * 5
+            np.testing.assert_allclose(leaving, there, atol=1e-6)
+        relative = np.concatenate([place, last]) - np.tile(centre, 2)
+        np.testing.assert_allclose(env.state()[-4:], relative / scale, atol=1e-6)
+        observations = env.step({agent: np.ones(2) for agent in env.agents})[0]
+
+
+def test_infos_say_who_is_outside_the_workspace() -> None:
+    env = path_planning_v0.parallel_env(in_motion(), noise=0.0, saturation="none")
+    _, infos = env.reset(seed=0)
+    assert [info["outside"] for info in infos.values()] == [False, False]
+    left = -1.0 - env.simulator.state[0, 0, 0]
+    infos = env.step({"agent_0": np.array([left, 0.0]), "agent_1": np.zeros(2)})[4]
+    assert [info["outside"] for info in infos.values()] == [True, False]
 
 
 def test_every_scenario_is_registered(scenario: str) -> None:

@@ -6,6 +6,7 @@ import copy
 import pickle
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,6 +25,8 @@ from PIL import Image
 from ppg_env.env.canvas import EMBER, FLAME, GREY, Sheet, hatch
 from ppg_env.env.gif import write_gif
 from ppg_env.env.viewer import CAPTION, EVENT_STEPS
+from ppg_env.game.half_spaces import HalfSpaces
+from ppg_env.game.obstacle import Obstacle
 
 QUIET = 1e-9
 """Noise so small that straight agents stay on their lines."""
@@ -334,3 +337,39 @@ def test_a_missing_display_is_one_sentence(pygame: Any, monkeypatch: pytest.Monk
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
     with pytest.raises(InputError, match="no display"):
         PathPlanningEnv("head_on", render_mode="human").reset()
+
+
+def test_moving_obstacles_are_drawn_where_they_are_and_not_once_they_are_gone() -> None:
+    block = Obstacle(Polytope.box([8, 8]), [[50.0 - 6 * t, 40.0] for t in range(6)], until=4)
+    game = Game((mover([0, 0], [60, 0]),), (block,), horizon=8, on_goal="stay")
+    env, picture = start(game)
+    sheet, walls = Sheet(game), []
+    for t in range(6):
+        x, y = sheet.point(np.array([50.0 - 6 * t + 2.0, 42.0])).astype(int)
+        walls.append(picture[y + CAPTION, x].max() < 215)
+        env.step({"agent_0": np.array([2.0, 0.0])})
+        picture = env.render()
+    assert walls == [True, True, True, True, False, False]
+
+
+def test_workspaces_are_outlined_with_dashes() -> None:
+    room = HalfSpaces.between([-4.0, -20.0], [64.0, np.inf])
+    agent = replace(mover([0, 0], [60, 0]), within=(room,))
+    _, framed = start(Game((agent,)))
+    _, plain = start(Game((mover([0, 0], [60, 0]),)))
+    changed = np.abs(framed.astype(int) - plain).max(axis=2) > 60
+    sheet = Sheet(Game((agent,)))
+    columns = [sheet.point(np.array([x, 0.0]))[0] for x in (-4.0, 64.0)]
+    for x in columns:
+        share = changed[CAPTION + 1 : -1, round(x) - 1 : round(x) + 2].any(axis=1).mean()
+        assert 0.3 < share < 0.8, "a dashed line from top to bottom"
+    assert changed[:, int(columns[0]) + 4 : int(columns[1]) - 4].mean() < 0.01
+
+
+@pytest.mark.parametrize("dim", [1, 3])
+def test_workspaces_are_drawn_in_every_dimension(dim: int) -> None:
+    room = HalfSpaces.between([-4.0, *[-30.0] * (dim - 1)], [64.0, *[30.0] * (dim - 1)])
+    agent = mover([0.0] * dim, [60.0, *[0.0] * (dim - 1)])
+    _, framed = start(Game((replace(agent, within=(room,)),)))
+    _, plain = start(Game((agent,)))
+    assert (framed != plain).any(axis=2).sum() > 100
