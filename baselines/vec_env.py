@@ -149,7 +149,8 @@ class GameVecEnv(VecEnv):
     def normalised(self, agent: int, action: np.ndarray) -> np.ndarray:
         """Return an agent's inputs (C, m_i) as actions (C, m), clipped to [-1, 1]."""
         size, result = action.shape[1], np.zeros((len(action), self.simulator.action_size))
-        result[:, :size] = (action - self._middle[agent, :size]) / self._half[agent, :size]
+        half = self._half[agent, :size]
+        result[:, :size] = (action - self._middle[agent, :size]) / np.where(half > 0, half, 1.0)
         return np.clip(result, -1.0, 1.0)
 
     def _finish(self, over: np.ndarray, infos: list[dict[str, Any]]) -> None:

@@ -8,7 +8,9 @@ from .game.agent import SpectralRadiusWarning as SpectralRadiusWarning
 from .game.evaluation import Evaluation as Evaluation
 from .game.evaluation import evaluate as evaluate
 from .game.game import Game as Game
+from .game.half_spaces import HalfSpaces as HalfSpaces
 from .game.least_effort import straight_plan as straight_plan
+from .game.obstacle import Obstacle as Obstacle
 from .game.plan import Plan as Plan
 from .game.plan import Profile as Profile
 from .game.plan import make_plan as make_plan

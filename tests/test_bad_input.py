@@ -111,6 +111,7 @@ def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> N
         return
     assert isinstance(game, Game)
     sets = (held for agent in game.agents for _, held in pieces(agent.control))
-    for polytope in (*game.obstacles, *(agent.shape for agent in game.agents), *sets):
+    bodies = [body.shape for body in (*game.obstacles, *game.agents)]
+    for polytope in (*bodies, *sets):
         assert len(polytope.normals) == len(polytope.offsets) > 0
     assert game_from_tables(game_to_tables(game), "again") == game

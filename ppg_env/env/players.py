@@ -18,10 +18,12 @@ from typing import Protocol
 import numpy as np
 
 from ppg_env.errors import require
+from ppg_env.game.effort_laws import least_effort_laws
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import clearance
-from ppg_env.game.least_effort import least_effort_laws, straight_plan
+from ppg_env.game.input_sets import pieces
+from ppg_env.game.least_effort import straight_plan
 from ppg_env.game.plan import Plan, Profile
+from ppg_env.game.polytope import Polytope
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class View:
     observation : (C, W) float32, the agent's observation as the environment gives it.
     state : (C, N, n) states of all agents.
     in_traffic : (C, N) which agents are in traffic.
+    parked : (C, N) which agents have arrived and stay in the way.
+    obstacles : (C, K, d) positions of the moving obstacles, in the order of the game.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time of all agents.
     """
@@ -40,6 +44,8 @@ class View:
     observation: np.ndarray
     state: np.ndarray
     in_traffic: np.ndarray
+    parked: np.ndarray
+    obstacles: np.ndarray
     clock: np.ndarray
     lam: np.ndarray
 
@@ -97,7 +103,10 @@ class GoToGoal:
 
     def __init__(self, game: Game, agent: int) -> None:
         self._agent, self._mover = agent, game.agents[agent]
-        self._laws = least_effort_laws(self._mover, game.horizon)
+        self._sets = [
+            (first, admissible, least_effort_laws(self._mover, game.horizon, admissible))
+            for first, admissible in pieces(self._mover.control)
+        ]
 
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m) towards the goal."""
@@ -109,15 +118,29 @@ class GoToGoal:
 
         ``clock`` (C,) is the current step of each copy.
         """
-        action, undecided = np.empty((len(state), self._mover.control_dim)), np.arange(len(state))
-        for k, (matrix, offset) in enumerate(self._laws):
-            action[undecided] = state[undecided] @ matrix.T + offset
-            if k + 1 < len(self._laws):
-                excess = clearance(self._mover.control, action[undecided], clock[undecided])
-                undecided = undecided[excess > 1e-9]
-            if not undecided.size:
-                break
+        action = np.empty((len(state), self._mover.control_dim))
+        for k, (first, admissible, laws) in enumerate(self._sets):
+            holds = clock >= first
+            if k + 1 < len(self._sets):
+                holds &= clock < self._sets[k + 1][0]
+            _play(laws, admissible, state, np.flatnonzero(holds), action)
         return action
+
+
+def _play(
+    laws: Sequence[tuple[np.ndarray, np.ndarray]],
+    admissible: Polytope,
+    state: np.ndarray,
+    undecided: np.ndarray,
+    action: np.ndarray,
+) -> None:
+    """Write the control of the first law that is admissible into the rows ``undecided``."""
+    for k, (matrix, offset) in enumerate(laws):
+        action[undecided] = state[undecided] @ matrix.T + offset
+        if k + 1 < len(laws):
+            undecided = undecided[admissible.clearance(action[undecided]) > 1e-9]
+        if not undecided.size:
+            break
 
 
 def straight_players(game: Game) -> list[Player]:

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.formats.keys import check_keys, require_table
 from ppg_env.formats.obstacle_tables import obstacle_table, read_obstacles
 from ppg_env.formats.polytope_tables import (
     control_tables,
     read_control,
     read_shape,
     read_within,
-    require_table,
     shape_table,
     within_tables,
 )
@@ -116,9 +116,9 @@ def game_to_toml(game: Game) -> str:
 
 
 def _game(tables: Mapping[str, Any], collisions: str) -> Game:
-    _check_keys(tables, ("game", "agent", "obstacle"), "", "the file")
+    check_keys(tables, ("game", "agent", "obstacle"), "the file")
     head = {"collisions": collisions, **require_table(tables.get("game", {}), "game")}
-    _check_keys(head, GAME_KEYS, "game", "[game]")
+    check_keys(head, GAME_KEYS, "[game]", "game")
     agents, obstacles = [], []
     for i, table in enumerate(_list_of_tables(tables.get("agent", []), "agent")):
         with placed(f"agent[{i}]"):
@@ -133,7 +133,7 @@ def _game(tables: Mapping[str, Any], collisions: str) -> Game:
 
 
 def _agent(table: Mapping[str, Any]) -> Agent:
-    _check_keys(table, AGENT_KEYS, "", "[[agent]]")
+    check_keys(table, AGENT_KEYS, "[[agent]]")
     for key in ("start", "goal", "shape", "control"):
         require(key in table, key, "is missing", f"add a line `{key} = ...`")
     values = dict(table)
@@ -177,13 +177,6 @@ def _list_of_tables(value: Any, name: str) -> list[Mapping[str, Any]]:
     ok = isinstance(value, list) and all(isinstance(item, Mapping) for item in value)
     require(ok, name, "is not a list of tables", f"write it as [[{name}]]")
     return value
-
-
-def _check_keys(table: Mapping[str, Any], keys: tuple[str, ...], place: str, what: str) -> None:
-    unknown = sorted(set(table) - set(keys))
-    if unknown:
-        where = f"{place}.{unknown[0]}" if place else str(unknown[0])
-        raise InputError(where, f"is not a key of {what}", "use one of " + ", ".join(keys))
 
 
 def _length(value: Any) -> int:

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, require
-from ppg_env.formats.polytope_tables import read_shape, shape_table
+from ppg_env.formats.keys import check_keys
+from ppg_env.formats.polytope_tables import SHAPE_KEYS, body_of, shape_table
 from ppg_env.game.convex_pieces import convex_pieces
 from ppg_env.game.obstacle import Obstacle
 
 MOTION_KEYS = ("path", "noise", "until")
+OBSTACLE_KEYS = (*SHAPE_KEYS, "polygon", *MOTION_KEYS)
 
 
 def read_obstacles(table: Mapping[str, Any]) -> list[Obstacle]:
@@ -23,10 +25,11 @@ def read_obstacles(table: Mapping[str, Any]) -> list[Obstacle]:
     InputError
         If the table does not describe one.
     """
+    check_keys(table, OBSTACLE_KEYS, "[[obstacle]]")
     motion = {key: table[key] for key in MOTION_KEYS if key in table}
     body = {key: value for key, value in table.items() if key not in MOTION_KEYS}
     if "polygon" not in body:
-        return [Obstacle(read_shape(body), **motion)]
+        return [Obstacle(body_of(body), **motion)]
     extra = sorted(set(body) - {"polygon"})
     if extra:
         raise InputError(extra[0], "cannot be combined with polygon", "remove one of them")

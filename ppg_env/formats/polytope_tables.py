@@ -10,10 +10,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from ppg_env.errors import InputError, placed, require
+from ppg_env.formats.keys import check_keys, require_table
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls, checked_controls
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.validation import finite_array
+
+SET_KEYS = ("box", "l1", "disc", "sides", "vertices", "normals", "offsets")
+SHAPE_KEYS = (*SET_KEYS, "dim")
+CONTROL_KEYS = (*SET_KEYS, "from")
+WITHIN_KEYS = ("low", "high", *SHAPE_KEYS, "sigmas")
 
 
 def read_shape(table: Any) -> Polytope:
@@ -24,6 +30,12 @@ def read_shape(table: Any) -> Polytope:
     InputError
         If the table is not one of these.
     """
+    check_keys(require_table(table, ""), SHAPE_KEYS, "a body")
+    return body_of(table)
+
+
+def body_of(table: Mapping[str, Any]) -> Polytope:
+    """Return the polytope of a table whose keys were checked; a box has full side lengths."""
     kind = _kind(table, ("l1", "dim"))
     if kind == "box":
         return Polytope.box(table["box"])
@@ -55,6 +67,7 @@ def read_control(value: Any, dim: int) -> Controls:
 
 def _control_set(table: Any, dim: int) -> Polytope:
     """Return ``{ box = [largest values] }``, ``l1``, ``disc`` and ``sides``, or a general set."""
+    check_keys(require_table(table, ""), CONTROL_KEYS, "a control set")
     kind = _kind(table, ("l1",))
     if kind == "box":
         return Polytope.box(2 * finite_array(table["box"], "box", "write numbers, as in [10, 10]"))
@@ -68,7 +81,6 @@ def _control_set(table: Any, dim: int) -> Polytope:
 def _kind(table: Any, l1_keys: tuple[str, ...]) -> str:
     """Return the first key of the kind of polytope that ``table`` describes."""
     kinds = (("box",), l1_keys, ("disc", "sides"), ("vertices",), ("normals", "offsets"))
-    require_table(table, "")
     for keys in kinds:
         if keys[0] in table and (keys[0] != "normals" or "offsets" in table):
             _alone(table, keys)
@@ -107,17 +119,20 @@ def read_within(value: Any) -> tuple[HalfSpaces, ...]:
 
 
 def _region(table: Mapping[str, Any]) -> HalfSpaces:
+    check_keys(table, WITHIN_KEYS, "within")
     rest = dict(table)
     sigmas = rest.pop("sigmas", 0.0)
-    if set(rest) == {"low", "high"}:
+    if "low" in rest or "high" in rest:
+        for key, other in (("low", "high"), ("high", "low")):
+            require(key in rest, key, f"is missing next to {other}", "add it, inf for no limit")
+        _alone(rest, ("low", "high"))
         return HalfSpaces.between(rest["low"], rest["high"], sigmas)
     if set(rest) == {"normals", "offsets"}:
         return HalfSpaces(rest["normals"], rest["offsets"], sigmas)
-    kind = _kind(rest, ("l1", "dim"))
-    if kind == "box":
+    if _kind(rest, ("l1", "dim")) == "box":
         largest = finite_array(rest["box"], "box", "write one number per component")
         return HalfSpaces.between(-largest, largest, sigmas)
-    return HalfSpaces.of(_polytope(kind, rest) if kind != "l1" else read_shape(rest), sigmas)
+    return HalfSpaces.of(body_of(rest), sigmas)
 
 
 def within_tables(within: tuple[HalfSpaces, ...]) -> list[dict[str, Any]]:
@@ -157,12 +172,6 @@ def _control_table(control: Polytope) -> dict[str, Any]:
     if control.kind == "l1":
         return {"l1": float(control.params[0])}
     return shape_table(control)
-
-
-def require_table(value: Any, place: str) -> Mapping[str, Any]:
-    """Return ``value`` if it is a table, else refuse it."""
-    require(isinstance(value, Mapping), place, "is not a table", "write key = value pairs in { }")
-    return value
 
 
 def _alone(table: Mapping[str, Any], keys: tuple[str, ...]) -> None:

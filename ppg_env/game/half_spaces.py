@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.errors import require
+from ppg_env.errors import InputError, require
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.frozen import Record, frozen_array
-from ppg_env.support.validation import finite_array, finite_number, shape_text
+from ppg_env.support.validation import finite_array, finite_number, numbers, shape_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +73,23 @@ class HalfSpaces(Record):
         InputError
             If the limits are not two lists of the same length, or no limit is finite.
         """
-        limits = [np.array(value, dtype=np.float64) for value in (low, high)]
-        remedy = "write two lists of the same length, low below high"
+        remedy = "write two lists of as many numbers, low below high, inf for no limit"
+        try:
+            limits = [numbers(value) for value in (low, high)]
+        except ValueError:
+            raise InputError("", "has low or high that are not made of numbers", remedy) from None
         require(
             limits[0].ndim == 1 and limits[0].shape == limits[1].shape,
             "",
-            "has low and high of different lengths",
+            "has low and high that are not lists of the same length",
             remedy,
         )
-        require(bool((limits[0] < limits[1]).all()), "", "has low above high", remedy)
+        require(bool((limits[0] < limits[1]).all()), "", "has a low that is not below high", remedy)
         identity = np.eye(limits[0].size)
         normals = np.concatenate([identity, -identity])
         offsets = np.concatenate([limits[1], -limits[0]])
         finite = np.isfinite(offsets)
+        require(bool(finite.any()), "", "has no finite limit", remedy)
         return cls(normals[finite], offsets[finite], sigmas)
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import require
-from ppg_env.game.polytope import Polytope
+from ppg_env.game.polytope import Polytope, require_volume
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import covariance, finite_array
 
@@ -43,6 +43,7 @@ class Obstacle(Record):
             "is not a polytope",
             "give a Polytope, such as Polytope.box([15.0, 15.0])",
         )
+        require_volume(self.shape)
         if self.path is not None:
             object.__setattr__(self, "path", _checked_path(self.path, self.dim))
         object.__setattr__(self, "noise", covariance(self.noise, self.dim, "noise"))

@@ -19,14 +19,9 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.errors import require
-from ppg_env.game.hulls import (
-    corners_of_halfspaces,
-    corners_of_points,
-    faces_of,
-    in_order,
-    require_volume,
-)
+from ppg_env.errors import InputError, require
+from ppg_env.game.flat_sets import Frame, frame_of_points
+from ppg_env.game.hulls import corners_of_halfspaces, corners_of_points, faces_of, in_order
 from ppg_env.support.frozen import Record, frozen_array
 from ppg_env.support.validation import finite_array, require_size, shape_text
 
@@ -39,9 +34,9 @@ large to plan with."""
 class Polytope(Record):
     """A bounded convex polytope in d dimensions; build it with one of the constructors.
 
-    The constructors refuse, with :class:`~ppg_env.InputError`, a set that is empty, unbounded or
-    flat, that is narrower than ``tol.SMALLEST`` or reaches beyond ``tol.LARGEST``.  A box may have
-    sides of zero.
+    The constructors refuse, with :class:`~ppg_env.InputError`, a set that is empty or unbounded,
+    that is narrower than ``tol.SMALLEST`` or reaches beyond ``tol.LARGEST``.  A set may be flat:
+    a box may have sides of zero, and points may lie on a line or coincide.
 
     Attributes
     ----------
@@ -87,7 +82,10 @@ class Polytope(Record):
 
     @classmethod
     def from_vertices(cls, vertices: Any) -> Polytope:
-        """Return conv(vertices) of ``vertices`` (V, d); points inside the hull are allowed."""
+        """Return conv(vertices) of ``vertices`` (V, d) in convex position, in any order.
+
+        Repeated points and points on edges or faces are allowed, a point strictly inside is not.
+        """
         remedy = "write a list of points such as [[0, 0], [1, 0], [0, 1]]"
         array = finite_array(vertices, "vertices", remedy)
         require(
@@ -97,7 +95,9 @@ class Polytope(Record):
             "write a list of points, each with the same number of coordinates",
         )
         _check_dim(array.shape[1])
-        return cls("vertices", (array,))._checked()
+        polytope = cls("vertices", (array,))._checked()
+        polytope._check_convex_position()
+        return polytope
 
     @classmethod
     def from_halfspaces(cls, normals: Any, offsets: Any) -> Polytope:
@@ -122,11 +122,26 @@ class Polytope(Record):
 
     def _checked(self) -> Polytope:
         """Return self, after both descriptions are derived and found to be wide enough."""
-        if self.kind == "vertices":
-            require_volume(self.params[0])
-        opposite = self.support(-self.normals)
-        _check_width(float((self.offsets + opposite).min()), float(np.abs(self.vertices).max()))
+        widths = self.offsets + self.support(-self.normals)
+        if self._frame is not None:  # the last faces are across a flat set
+            widths = widths[: len(widths) - 2 * self._frame[1].shape[1]]
+        reach = float(np.abs(self.vertices).max())
+        _check_width(float(widths.min(initial=np.inf)), reach)
         return self
+
+    def _check_convex_position(self) -> None:
+        points = self.params[0]
+        depths = (self.offsets - points @ self.normals.T).min(axis=1)
+        deepest = int(depths.argmax())
+        inside = float(depths[deepest])
+        if inside > tol.INSIDE * float(np.ptp(points, axis=0).max()):
+            polygon = ", or write polygon = [...] for an obstacle that is not convex"
+            raise InputError(
+                "vertices",
+                f"are not in convex position: {points[deepest].tolist()!s:.60} lies {inside:.4g} "
+                "inside the hull of the others",
+                "remove it" + (polygon if self.dim == 2 else ""),
+            )
 
     @property
     def dim(self) -> int:
@@ -140,6 +155,25 @@ class Polytope(Record):
         return self.params[0].shape[1]
 
     @cached_property
+    def _frame(self) -> Frame | None:
+        """Frame of a flat set given by points or half-spaces; None for a solid set."""
+        return frame_of_points(self.params[0] if self.kind == "vertices" else self.vertices)
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the set has no volume."""
+        if self.kind == "box":
+            return not self.params[0].all()
+        return self.kind in ("vertices", "halfspaces") and self._frame is not None
+
+    @property
+    def directions(self) -> np.ndarray:
+        """(d, k) orthonormal directions along the set: all d of them unless it is flat."""
+        if self.kind == "box":
+            return np.eye(self.dim)[:, self.params[0] > 0]
+        return self._frame[0] if self.is_flat and self._frame else np.eye(self.dim)
+
+    @cached_property
     def vertices(self) -> np.ndarray:
         """(V, d) corner points; counter-clockwise in the plane."""
         if self.kind == "box":
@@ -151,7 +185,7 @@ class Polytope(Record):
             angles = 2 * np.pi * np.arange(int(self.params[1])) / int(self.params[1])
             corners = self.params[0] * np.column_stack([np.cos(angles), np.sin(angles)])
         elif self.kind == "vertices":
-            corners = corners_of_points(self.params[0])
+            corners = corners_of_points(self.params[0], self._frame)
         else:
             corners = corners_of_halfspaces(*self.params)
         return frozen_array(in_order(corners))
@@ -166,7 +200,7 @@ class Polytope(Record):
             normals = np.array(list(product((1.0, -1.0), repeat=self.dim))) / np.sqrt(self.dim)
             offsets = np.full(len(normals), float(self.params[0]) / np.sqrt(self.dim))
         else:
-            normals, offsets = faces_of(self.vertices)
+            normals, offsets = faces_of(self.vertices, self._frame)
         return frozen_array(normals), frozen_array(offsets)
 
     @property
@@ -202,10 +236,20 @@ def collision_set(own: Polytope, other: Polytope) -> Polytope:
         If the sum is flat (two bodies without volume cannot collide), or too thin for its size.
     """
     sums = (other.vertices[:, None, :] - own.vertices[None, :, :]).reshape(-1, other.dim)
-    require_volume(sums)
     collision = Polytope("vertices", (sums,))
+    require_volume(collision)
     _ = collision.faces  # corners that qhull cannot separate are reported here
     return collision
+
+
+def require_volume(polytope: Polytope) -> None:
+    """Refuse a flat set of points or half-spaces; a box may have sides of zero."""
+    require(
+        polytope.kind == "box" or not polytope.is_flat,
+        "",
+        "has corners that lie in a plane or on a line, so its volume is zero",
+        f"give at least {polytope.dim + 1} points in general position",
+    )
 
 
 def _check_width(width: float, reach: float, what: str = "width") -> None:

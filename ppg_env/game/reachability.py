@@ -12,9 +12,12 @@ from itertools import pairwise
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.errors import InputError
 from ppg_env.game.agent import Agent
+from ppg_env.game.canonical import canonical_agent
 from ppg_env.game.dynamics import goal_selector
-from ppg_env.game.input_sets import pieces, set_at
+from ppg_env.game.input_sets import pieces
+from ppg_env.game.plan_constraints import plan_constraints, some_controls
 from ppg_env.game.reserve import planned_controls
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
@@ -114,52 +117,71 @@ def _can_rest_at_goal(agent: Agent, horizon: int) -> bool:
     return bool(idle and rests)
 
 
+def possible_arrivals(agent: Agent, limit: int, directions: np.ndarray) -> np.ndarray:
+    """Return (limit+1,) whether supports allow the mean to be at the goal at each time.
+
+    ``directions`` (F, n) do not depend on components that the goal leaves free.
+    """
+    goal = directions[:, : agent.goal.size] @ agent.goal
+    slack = 1e-9 * max(1.0, float(np.abs(agent.goal).max()))
+    upper = reach_upper(agent, directions, limit)
+    lower = -reach_upper(agent, -directions, limit)
+    return ((goal <= upper + slack) & (goal >= lower - slack)).all(axis=1)
+
+
 def earliest_arrival(agent: Agent, limit: int) -> int | None:
     """Return the first t <= ``limit`` at which the mean can be at the goal, other agents ignored.
 
-    Supports along the axes exclude most times; a linear program decides the others, workspaces
+    Supports along the axes exclude most times; linear programs decide the others, workspaces
     included.
     The result is None if the goal cannot be reached in time.
     """
-    select = goal_selector(agent)
-    slack = 1e-9 * max(1.0, float(np.abs(agent.goal).max()))
-    upper = reach_upper(agent, select, limit)
-    lower = -reach_upper(agent, -select, limit)
-    possible = ((agent.goal <= upper + slack) & (agent.goal >= lower - slack)).all(axis=1)
-    for t in np.flatnonzero(possible):
-        if _reachable_at(agent, int(t), limit):
-            return int(t)
-    return None
+    agent, _ = canonical_agent(agent)
+    possible = possible_arrivals(agent, limit, goal_selector(agent))
+    return first_reachable(agent, np.flatnonzero(possible).tolist(), limit)
+
+
+def sufficient_horizon(agent: Agent, most: int) -> int | None:
+    """Return the earliest arrival up to ``most``, a horizon for which sets may be undefined."""
+    try:
+        return earliest_arrival(agent, most)
+    except InputError:  # errors outgrow double arithmetic, or the reserve leaves no control
+        return None
+
+
+def first_reachable(agent: Agent, times: list[int], horizon: int) -> int | None:
+    """Return the first of ``times`` at which the goal can be reached, or None.
+
+    ``times`` are increasing; where an arrived agent can wait at its goal, they are bisected.
+    """
+    if not _can_wait_at_goal(agent, horizon):
+        return next((t for t in times if _reachable_at(agent, t, horizon)), None)
+    missed, stride = -1, 1  # times[missed] is too early
+    while missed < len(times) - 1:
+        k = min(missed + stride, len(times) - 1)
+        if _reachable_at(agent, times[k], horizon):
+            break
+        missed, stride = k, 2 * stride
+    else:
+        return None
+    while k - missed > 1:
+        middle = (missed + k) // 2
+        if _reachable_at(agent, times[middle], horizon):
+            k = middle
+        else:
+            missed = middle
+    return times[k]
+
+
+def _can_wait_at_goal(agent: Agent, horizon: int) -> bool:
+    if not _can_rest_at_goal(agent, horizon):
+        return False
+    inside = workspace_rows(agent) @ agent.goal <= workspace_limits(agent, horizon)
+    return bool(inside.all())
 
 
 def _reachable_at(agent: Agent, t: int, horizon: int) -> bool:
     """Return whether some controls bring the mean to the goal at ``t``, within its workspace."""
-    select, n, m = goal_selector(agent), agent.state_dim, agent.control_dim
     if t == 0:
-        return bool(np.array_equal(select @ agent.start, agent.goal))
-    from scipy.optimize import linprog
-    from scipy.sparse import block_diag, csr_array, vstack
-
-    drift, effect = agent.start, np.zeros((n, t * m))  # xbar_k = drift + effect u
-    rows, limits = workspace_rows(agent), workspace_limits(agent, horizon)
-    inside: list[np.ndarray] = []
-    room: list[np.ndarray] = []
-    for k in range(t):
-        drift, effect = agent.A @ drift, agent.A @ effect
-        effect[:, k * m : (k + 1) * m] = agent.B
-        if len(rows):
-            inside.append(rows @ effect)
-            room.append(limits[k + 1] - rows @ drift)
-    control = planned_controls(agent, horizon)
-    faces = [set_at(control, k).faces for k in range(t)]
-    admissible = block_diag([normals for normals, _ in faces])
-    solution = linprog(
-        np.zeros(t * m),
-        A_ub=vstack([admissible, csr_array(np.vstack(inside))]) if inside else admissible,
-        b_ub=np.concatenate([*(offsets for _, offsets in faces), *room]),
-        A_eq=select @ effect,
-        b_eq=agent.goal - select @ drift,
-        bounds=(None, None),
-        method="highs",
-    )
-    return solution.status == 0
+        return bool(np.array_equal(goal_selector(agent) @ agent.start, agent.goal))
+    return some_controls(plan_constraints(agent, t, horizon)) is not None

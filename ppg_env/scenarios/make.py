@@ -20,9 +20,12 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_game
+from ppg_env.formats.keys import nearest
+from ppg_env.formats.obstacle_tables import read_obstacles
 from ppg_env.formats.polytope_tables import read_control, read_shape, read_within
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 from ppg_env.scenarios.course import Course
 from ppg_env.scenarios.registry import load_registry, registry
@@ -74,6 +77,7 @@ def make_game(name_or_path: str | Path, **overrides: Any) -> Game:
         speed 10) sets the control set of a scenario.  A single value of an agent's field applies
         to all agents; a mapping from agent index to value applies to the agents it names, and
         ``lam``, ``gain``, ``reserve`` and ``effort`` may be lists of one number per agent.
+        Shapes, control sets, ``within`` and ``obstacles`` may be tables as in a game file.
 
     Raises
     ------
@@ -96,14 +100,16 @@ def override_game(game: Game, **overrides: Any) -> Game:
             "control" not in changes, "speed", "is given together with control", "give only one"
         )
         changes["control"] = _speed(changes.pop("speed"), game.agents[0].control_dim)
+    fields = (*GAME_KEYS, *AGENT_KEYS, "obstacles", "speed")
     for key in changes:
-        if key not in (*AGENT_KEYS, *GAME_KEYS, "obstacles"):
-            names = ", ".join((*GAME_KEYS, *AGENT_KEYS, "obstacles", "speed"))
-            raise InputError(key, "is not a field of a game", f"use one of {names}")
+        if key not in fields:
+            raise InputError(key, "is not a field of a game", nearest(key, fields))
     agents = tuple(
         _override_agent(agent, i, len(game.agents), changes) for i, agent in enumerate(game.agents)
     )
-    head = {key: changes[key] for key in (*GAME_KEYS, "obstacles") if key in changes}
+    head = {key: changes[key] for key in GAME_KEYS if key in changes}
+    if "obstacles" in changes:
+        head["obstacles"] = _obstacles(changes["obstacles"])
     if "objective" in head and head["objective"] != game.objective:
         head.setdefault("margin_cap", None)  # each objective has its own default cap
     return replace(game, agents=agents, **head)
@@ -135,7 +141,8 @@ def _from_course(name: str, course: Course) -> Game:
                     gain=np.array(0.5),
                 )
             )
-    return Game(tuple(agents), obstacles=course.obstacles, horizon=course.horizon, name=name)
+    walls = tuple(Obstacle(wall) for wall in course.obstacles)
+    return Game(tuple(agents), obstacles=walls, horizon=course.horizon, name=name)
 
 
 def _speed(word: Any, dim: int) -> Polytope:
@@ -188,6 +195,16 @@ def _as_polytope(key: str, value: Any, agent: Agent) -> Any:
         return read_shape(value)
 
 
+def _obstacles(value: Any) -> Any:
+    """Return obstacles of which some may be written as tables of a game file."""
+    items = value if isinstance(value, (list, tuple)) else [value]
+    obstacles: list[Any] = []
+    for k, item in enumerate(items):
+        with placed(f"obstacle[{k}]"):
+            obstacles += read_obstacles(item) if isinstance(item, Mapping) else [item]
+    return obstacles
+
+
 def _course(text: str) -> Course:
     """Return the course of ``name`` or ``name(arguments)``, whose arguments are literals."""
     name = text.split("(")[0].strip()
@@ -217,14 +234,10 @@ def _scenario(text: str, name: str) -> Callable[..., Course]:
     functions, broken = registry(), load_registry().broken
     if name in functions:
         return functions[name]
-    import difflib
-
-    close = difflib.get_close_matches(name, functions, 1)
-    hint = f"did you mean {close[0]!r}" if close else "use one of " + ", ".join(functions)
     raise InputError(
         repr(text),
         " and ".join(("is not a scenario", *broken)),
-        f"{hint}, or a file ending in .toml",
+        f"{nearest(name, functions)}, or a file ending in .toml",
     )
 
 

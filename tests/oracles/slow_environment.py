@@ -73,7 +73,7 @@ class SlowGame:
                 pairs.append((i, j, away, sums))
         for i, one in enumerate(self.game.agents):
             for obstacle in self.game.obstacles:
-                sums = (obstacle.vertices[:, None] - one.shape.vertices[None]).reshape(-1, d)
+                sums = (obstacle.shape.vertices[:, None] - one.shape.vertices[None]).reshape(-1, d)
                 pairs.append((i, None, self.states[i][:d], sums))
         return pairs
 

@@ -9,6 +9,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, Profile, make_profile
+from ppg_env.game.hulls import corners_of_points
 
 LENGTHS = st.floats(0.5, 20.0)
 NAMES = st.none() | st.text(min_size=1, max_size=8).filter(lambda text: text.strip())
@@ -24,10 +25,13 @@ def points(dim: int, size: int = 8) -> st.SearchStrategy[list[list[int]]]:
 def hulls(draw: st.DrawFn, dim: int = 2, size: int = 8) -> Polytope:
     """Convex hulls of grid points, not flat."""
     try:
-        return Polytope.from_vertices(draw(points(dim, size)))
+        corners = corners_of_points(np.array(draw(points(dim, size)), dtype=float))
+        hull = Polytope.from_vertices(corners)
     except InputError:
         assume(False)
         raise
+    assume(not hull.is_flat)
+    return hull
 
 
 @st.composite

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppg_env import InputError, evaluate, make_game, straight_plan
+from ppg_env import InputError, Polytope, evaluate, make_game, straight_plan
 from ppg_env.game import objective
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.liability import make_rule
@@ -25,8 +23,8 @@ ONCE = ("selfish", "right-of-way", "right-of-way:2-0-1")
 
 def walled(lam):
     """Three agents and a wall."""
-    corridor = make_game("corridor")
-    return replace(make_game("intersection3", lam=lam), obstacles=corridor.obstacles[:1])
+    wall = Polytope.from_vertices([[30, 0], [38, 0], [38, 20], [30, 20]])
+    return make_game("intersection3", lam=lam, obstacles=[wall])
 
 
 def same(one, other):
@@ -144,7 +142,7 @@ def test_who_has_the_way_must_still_not_fly_through_others(solver):
 @pytest.mark.parametrize("charge", first(1, ["partial:0.5", "right-of-way", "right-of-way:2-1-0"]))
 def test_without_a_potential_there_is_still_a_certified_end(charge):
     game = make_game("intersection3", speed="l1", objective="risk", gain=0.0, lam=[0.5, 0.7, 0.9])
-    solution = best_response_dynamics(game, charge=charge)
+    solution = best_response_dynamics(game, charge=charge, start="sequential")
     assert solution.status is Status.EQUILIBRIUM
     assert np.isnan(solution.trace[-1].potential)
     again = certify(game, solution.profile, charge=charge)

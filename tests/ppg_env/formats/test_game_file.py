@@ -103,7 +103,7 @@ def test_the_file_of_the_design_is_the_scenario_head_on_with_a_wall() -> None:
     game = parse(text)
     assert game.agents[0] == make_game("head_on").agents[0]
     (wall,) = game.obstacles
-    assert sorted(wall.vertices.tolist()) == [[40, 0], [40, 20], [50, 0], [50, 20]]
+    assert sorted(wall.shape.vertices.tolist()) == [[40, 0], [40, 20], [50, 0], [50, 20]]
 
 
 def test_a_control_box_holds_largest_values_and_a_shape_box_full_lengths() -> None:

@@ -8,9 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from ppg_env import InputError, Polytope
+from ppg_env import Agent, InputError, Polytope
 from ppg_env.game.hulls import faces_of
-from tests.ppg_env.strategies import bodies, controls, halfspaces, hulls, points
+from ppg_env.game.obstacle import Obstacle
+from tests.ppg_env.strategies import bodies, controls, halfspaces, hulls
 
 CUBE = np.array(list(product([-1.0, 1.0], repeat=3)))
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
@@ -36,20 +37,40 @@ def test_faces_and_vertices_describe_the_same_set(polytope: Polytope) -> None:
     assert_descriptions_agree(polytope)
 
 
-@given(st.integers(1, 3).flatmap(points), st.randoms())
-def test_points_inside_duplicates_and_order_do_not_matter(
-    grid: list[list[int]], random: np.random.Generator
+@given(st.integers(1, 3).flatmap(hulls), st.randoms())
+def test_points_on_faces_duplicates_and_order_do_not_matter(
+    plain: Polytope, random: np.random.Generator
 ) -> None:
-    try:
-        plain = Polytope.from_vertices(grid)
-    except InputError:
-        assume(False)
-    shuffled = [*grid, grid[0], list(np.mean(grid, axis=0))]
+    corners = plain.vertices.tolist()
+    tight = np.abs(plain.vertices @ plain.normals.T - plain.offsets) < 1e-9
+    middles = [plain.vertices[on].mean(axis=0).tolist() for on in tight.T]
+    shuffled = [*corners, corners[0], *middles]
     random.shuffle(shuffled)
     other = Polytope.from_vertices(shuffled)
     found, expected = (sorted(map(tuple, p.vertices.round(9))) for p in (other, plain))
     assert found == expected
     assert len(other.offsets) == len(plain.offsets)
+
+
+@given(st.integers(1, 3).flatmap(hulls), st.floats(1e-3, 1.0))
+def test_a_point_strictly_inside_is_refused_with_its_depth(plain: Polytope, share: float) -> None:
+    middle = plain.vertices.mean(axis=0)
+    inside = (1 - share) * plain.vertices[0] + share * middle
+    depth = -float(plain.clearance(inside))
+    assume(depth > 2e-6 * float(np.ptp(plain.vertices, axis=0).max()))
+    with pytest.raises(InputError, match=r"^vertices: .*not in convex position") as caught:
+        Polytope.from_vertices([*plain.vertices, inside])
+    assert f"{depth:.3g}"[:3] in str(caught.value)
+    assert ("polygon" in str(caught.value)) == (plain.dim == 2)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_points_on_an_edge_written_with_six_digits_are_harmless(size: float) -> None:
+    angles = np.linspace(0, 2 * np.pi, 4, endpoint=False) + 0.3
+    corners = np.column_stack([np.cos(angles), np.sin(angles)])
+    thirds = (2 * corners + np.roll(corners, 1, axis=0)) / 3
+    points = size * np.concatenate([corners, thirds]).round(6)
+    assert 4 <= len(Polytope.from_vertices(points).vertices) <= 8
 
 
 def test_a_cube_from_vertices_has_six_faces_although_qhull_triangulates() -> None:
@@ -128,7 +149,7 @@ def test_halfplanes_on_a_line_are_an_interval() -> None:
 
 
 def test_corners_of_a_polygon_go_round_counter_clockwise() -> None:
-    corners = Polytope.from_vertices([[0, 0], [4, 4], [4, 0], [0, 4], [5, 2]]).vertices
+    corners = Polytope.from_vertices([[0, 0], [4, 4], [4, 0], [0, 4], [5, 2]]).vertices  # mixed up
     x, y = corners.T
     assert (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2 == pytest.approx(18.0)
 
@@ -152,7 +173,7 @@ def test_clearance_is_negative_inside_zero_on_the_edge_and_a_distance_before_a_f
 
 def test_faces_of_a_flat_face_with_extra_points_are_merged() -> None:
     middle = np.concatenate([SQUARE, [[0.0, 1.0], [0.5, 1.0], [1.0, 0.0]]])
-    normals, offsets = faces_of(middle)
+    normals, offsets = faces_of(middle, None)
     assert len(normals) == len(offsets) == 4
 
 
@@ -175,18 +196,23 @@ REFUSED = {
     "no vertices": lambda: Polytope.from_vertices([]),
     "ragged vertices": lambda: Polytope.from_vertices([[0, 0], [1], [0, 1]]),
     "a list of numbers": lambda: Polytope.from_vertices([1.0, 2.0, 3.0]),
-    "two points": lambda: Polytope.from_vertices([[0, 0], [1, 1]]),
-    "points on a line": lambda: Polytope.from_vertices([[0, 0], [1, 1], [2, 2], [3, 3]]),
-    "points in a plane": lambda: Polytope.from_vertices([[*p, 1.0] for p in SQUARE]),
-    "one point twice": lambda: Polytope.from_vertices([[2.0], [2.0]]),
-    "too thin for its place": lambda: Polytope.from_vertices([[1e15, 0], [1e15 + 1, 0], [1e15, 1]]),
+    "points nearly on a line": lambda: Polytope.from_vertices([[0, 0], [1, 1e-10], [2, 0]]),
+    "a tiny segment": lambda: Polytope.from_vertices([[0, 0], [1e-20, 1e-20]]),
+    "a point inside": lambda: Polytope.from_vertices([*SQUARE, [0.5, 0.0]]),
+    "the corners of an L": lambda: Polytope.from_vertices(
+        [[0, 0], [4, 0], [4, 1], [1, 1], [1, 4], [0, 4]]
+    ),
+    "too far away": lambda: Polytope.from_vertices([[1e18, 0], [1e18 + 1e4, 0], [1e18, 1e4]]),
     "too small": lambda: Polytope.from_vertices([[0, 0], [1e-20, 0], [0, 1e-20]]),
     "an empty set": lambda: Polytope.from_halfspaces([[1, 0], [-1, 0], [0, 1], [0, -1]], [-1] * 4),
     "an unbounded set": lambda: Polytope.from_halfspaces([[1, 0], [-1, 0], [0, 1]], [1, 1, 1]),
     "one half-plane": lambda: Polytope.from_halfspaces([[1.0, 0.0]], [1.0]),
     "a strip without end": lambda: Polytope.from_halfspaces([[1, 0], [-1, 0]], [1, 1]),
-    "a flat set": lambda: Polytope.from_halfspaces(
-        [[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -1, 1, 1]
+    "a nearly flat set": lambda: Polytope.from_halfspaces(
+        [[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -1 + 1e-9, 1, 1]
+    ),
+    "a nearly empty set": lambda: Polytope.from_halfspaces(
+        [[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -1 - 1e-9, 1, 1]
     ),
     "a ray": lambda: Polytope.from_halfspaces([[1.0]], [1.0]),
     "an empty interval": lambda: Polytope.from_halfspaces([[1.0], [-1.0]], [-1.0, -1.0]),
@@ -201,6 +227,64 @@ def test_what_is_no_polytope_is_refused_in_one_sentence(name: str) -> None:
         REFUSED[name]()
     assert "\n" not in str(caught.value)
     assert ";" in str(caught.value), "a remedy follows the problem"
+
+
+FLAT = {
+    "two points": (lambda: Polytope.from_vertices([[0, 0], [1, 1]]), [[0, 0], [1, 1]]),
+    "points on a line": (
+        lambda: Polytope.from_vertices([[0, 0], [0.866, 0.5], [1.732, 1.0], [0, 0]]),
+        [[0, 0], [1.732, 1.0]],
+    ),
+    "points in a plane": (
+        lambda: Polytope.from_vertices([[*p, 1.0] for p in SQUARE]),
+        [[*p, 1.0] for p in SQUARE],
+    ),
+    "one point twice": (lambda: Polytope.from_vertices([[2.0], [2.0]]), [[2.0]]),
+    "one point": (lambda: Polytope.from_vertices([[2.0, 3.0]]), [[2.0, 3.0]]),
+    "a strip of no width": (
+        lambda: Polytope.from_halfspaces([[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -1, 1, 1]),
+        [[1, -1], [1, 1]],
+    ),
+    "a slanted segment": (
+        lambda: Polytope.from_halfspaces([[1, 2], [-3, -6], [0, 1], [0, -1]], [1, -3, 2, 2]),
+        [[-3, 2], [5, -2]],
+    ),
+    "half-planes with one common point": (
+        lambda: Polytope.from_halfspaces([[1, 1], [-1, 0], [0, -1]], [5, -2, -3]),
+        [[2, 3]],
+    ),
+    "a square in space": (
+        lambda: Polytope.from_halfspaces(
+            [[1, 0, 1], [-1, 0, -1], [0, 1, 0], [0, -1, 0], [1, 0, -1], [-1, 0, 1]],
+            [1, -1, 2, 2, 1, 1],
+        ),
+        [[0, -2, 1], [0, 2, 1], [1, -2, 0], [1, 2, 0]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_flat_sets_are_described_by_their_corners_and_by_faces_without_slack(name: str) -> None:
+    make, corners = FLAT[name]
+    flat = make()
+    assert flat.is_flat
+    assert sorted((flat.vertices.round(9) + 0.0).tolist()) == sorted(map(list, corners))
+    np.testing.assert_allclose(np.linalg.norm(flat.normals, axis=1), 1.0, atol=1e-12)
+    random = np.random.default_rng(3)
+    mixtures = random.dirichlet(np.ones(len(flat.vertices)), 50) @ flat.vertices
+    assert flat.clearance(mixtures).max() <= 1e-12
+    assert flat.clearance(flat.vertices + 1e-3 * random.normal(size=flat.dim)).max() > 1e-5
+    assert Polytope.from_vertices(flat.vertices).is_flat
+    assert Polytope.from_halfspaces(flat.normals, flat.offsets).is_flat
+
+
+def test_bodies_and_obstacles_of_points_have_volume() -> None:
+    flat, body = Polytope.from_vertices([[0, 0], [1, 1]]), Polytope.box([1.0, 1.0])
+    with pytest.raises(InputError, match=r"^shape: .*volume is zero"):
+        Agent([0, 0], [9, 9], flat, body)
+    with pytest.raises(InputError, match=r"volume is zero"):
+        Obstacle(flat)
+    assert Agent([0, 0], [9, 9], body, flat).control == flat
 
 
 @pytest.mark.parametrize("thickness", [1e-2, 1e-4, 1e-6, 1e-8])

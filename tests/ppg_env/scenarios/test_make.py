@@ -7,6 +7,7 @@ import pytest
 
 from ppg_env import Agent, Game, InputError, Polytope, make_game, scenarios
 from ppg_env.formats.game_file import game_to_toml
+from ppg_env.game import Obstacle
 
 CALLS_REFUSED = [
     "circle(",
@@ -146,7 +147,7 @@ def test_every_field_can_be_overridden() -> None:
     )  # fmt: skip
     assert (game.horizon, game.margin_cap, game.objective) == (20, 4.0, "risk")
     assert (game.crash_cost, game.scale, game.name) == (7.0, "paper", "mine")
-    assert game.obstacles == (wall,)
+    assert game.obstacles == (Obstacle(wall),)
     assert game.agents[0].start.tolist() == [11, 50]
     assert game.agents[1].goal.tolist() == [6, 50]
     for agent in game.agents:

@@ -33,7 +33,7 @@ def test_no_agents_overlap_at_the_start(game: Game) -> None:
 def test_no_agent_has_to_stop_inside_an_obstacle(game: Game) -> None:
     for agent in game.agents:
         for obstacle in game.obstacles:
-            assert collision_set(agent.shape, obstacle).clearance(agent.goal) > 0
+            assert collision_set(agent.shape, obstacle.shape).clearance(agent.goal) > 0
 
 
 def test_every_goal_can_be_reached_with_time_to_give_way(game: Game) -> None:
