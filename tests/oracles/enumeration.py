@@ -13,8 +13,9 @@ from math import inf, sqrt
 import numpy as np
 from scipy.optimize import linprog
 
-from ppg_env import Game, Plan
+from ppg_env import Agent, Game, Plan
 from tests.oracles.slow_evaluator import (
+    Face,
     body_of_obstacle,
     faces_of_sum,
     spread_over_time,
@@ -33,9 +34,10 @@ def enumerated_optimum(
     movers = [i for i in range(len(game.agents)) if i not in given]
     best = inf
     for ends in product(range(game.horizon + 1), repeat=len(movers)):
-        arrival = {i: plan.arrival for i, plan in given.items()} | dict(
-            zip(movers, ends, strict=True)
-        )
+        arrival = dict(zip(movers, ends, strict=True))
+        for i, plan in given.items():
+            assert plan.arrival is not None
+            arrival[i] = plan.arrival
         case = _Case(game, arrival, given, weight, effort)
         spent = sum(time[i] * arrival[i] for i in movers)
         if spent + case.least([]) >= best:
@@ -48,18 +50,25 @@ def enumerated_optimum(
 class _Case:
     """The linear programs of one vector of arrivals; columns are controls, sizes and margins."""
 
-    def __init__(self, game, arrival, given, weight, effort):
+    def __init__(
+        self,
+        game: Game,
+        arrival: Mapping[int, int],
+        given: Mapping[int, Plan],
+        weight: float,
+        effort: Sequence[float],
+    ) -> None:
         self.game, self.arrival, self.weight = game, arrival, weight
         self.instants = (0, 1) if game.collisions == "swept" else (0,)
         bodies = [agent.shape.vertices for agent in game.agents]
         ends, last = list(arrival.values()), game.horizon + (game.collisions == "instants")
-        until = inf
+        until = inf  # time from which the obstacle is gone
         if game.obstacles:
             self.wall = body_of_obstacle(game, game.obstacles[0])
             bodies.append(self.wall.shape)
             until = self.wall.until
             if game.on_goal == "stay":
-                ends.append(self.wall.rest)
+                ends.append(int(self.wall.rest))
         end = max(ends) if game.on_goal == "stay" else min(ends)
         self.events = int(min(end, until, last))
         self.faces = faces_of_sum(bodies[1], -bodies[0])
@@ -69,12 +78,19 @@ class _Case:
         self.low, self.high = np.full(self.width, -inf), np.full(self.width, inf)
         self.low[self.width - self.events :] = 0
         self.high[self.width - self.events :] = game.margin_cap
-        self.rows, self.limits, self.equal, self.values = [], [], [], []
-        self.places, self.spreads, first = [], [], 0
+        self.rows: list[np.ndarray] = []
+        self.limits: list[np.ndarray] = []
+        self.equal: list[np.ndarray] = []
+        self.values: list[np.ndarray] = []
+        self.places: list[list[tuple[np.ndarray, np.ndarray]]] = []
+        self.spreads: list[list[np.ndarray]] = []
+        first = 0
         for i, agent in enumerate(game.agents):
             first = self._add_agent(agent, arrival[i], effort[i], given.get(i), first)
 
-    def _add_agent(self, agent, end, effort, plan, first):
+    def _add_agent(
+        self, agent: Agent, end: int, effort: float, plan: Plan | None, first: int
+    ) -> int:
         """Columns u_t and |u_t| from ``first`` on, and the states as rows and constants."""
         m, horizon = agent.control_dim, self.game.horizon
         after = first + 2 * horizon * m
@@ -112,7 +128,7 @@ class _Case:
         self.spreads.append(spreads)
         return after
 
-    def _keep_within(self, agent, states):
+    def _keep_within(self, agent: Agent, states: list[tuple[np.ndarray, np.ndarray]]) -> None:
         spreads = spread_over_time(agent, len(states))
         for region in agent.within:
             k = region.dim
@@ -121,11 +137,11 @@ class _Case:
                 room = region.offsets - region.sigmas * np.sqrt(along)
                 self._below(region.normals @ matrix[:k], room - region.normals @ constant[:k])
 
-    def _below(self, rows, limits):
+    def _below(self, rows: np.ndarray, limits: np.ndarray) -> None:
         self.rows.append(rows)
         self.limits.append(limits)
 
-    def least(self, faces) -> float:
+    def least(self, faces: Sequence[Face]) -> float:
         """Least cost with these faces, one per event; without any, a lower bound."""
         rows, limits = list(self.rows), list(self.limits)
         for t, (normal, offset) in enumerate(faces):
@@ -135,7 +151,7 @@ class _Case:
                 row = -(normal @ matrix)
                 row[self.width - self.events + t] = unit
                 rows.append(row[None])
-                limits.append([normal @ place - offset])
+                limits.append(np.array([normal @ place - offset]))
         answer = linprog(
             self.cost,
             A_ub=np.vstack(rows) if rows else None,
@@ -149,7 +165,7 @@ class _Case:
         assert answer.status == 0
         return answer.fun + self.weight * self.events * self.game.margin_cap
 
-    def _apart(self, t):
+    def _apart(self, t: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Displacement of the two bodies at ``t``, as rows and a constant, and its covariance."""
         (matrix, place), spread = self.places[0][t], self.spreads[0][t]
         if self.game.obstacles:
@@ -158,13 +174,13 @@ class _Case:
         return matrix - other, place - there, spread + self.spreads[1][t]
 
 
-def feedback_room(agent, t, normal) -> float:
+def feedback_room(agent: Agent, t: int, normal: np.ndarray) -> float:
     """What feedback asks of a face of the control set at step ``t``."""
     asked = agent.gain @ spread_over_time(agent, t)[t] @ agent.gain.T
     return agent.reserve * sqrt(max(normal @ asked @ normal, 0.0))
 
 
-def _unit_rows(columns, width):
+def _unit_rows(columns: np.ndarray, width: int) -> np.ndarray:
     rows = np.zeros((len(columns), width))
     rows[np.arange(len(columns)), columns] = 1
     return rows

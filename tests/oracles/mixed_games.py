@@ -22,6 +22,10 @@ from ppg_env.game.plan import Profile, make_plan
 from ppg_env.game.reserve import planned_controls
 
 HORIZON = 6
+DIMENSIONS = [1, 2, 2, 2, 3]
+
+FLAT = [seed for seed in range(130) if np.random.default_rng(seed).choice(DIMENSIONS) < 3]
+"""Seeds of games on a line or in the plane; those in space may take minutes."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,11 @@ def mixed_game(seed: int, count: int = 2, *, in_motion: bool = False) -> Mixed:
     ``in_motion`` gives it fields that the paper's games do not have.
     """
     random = np.random.default_rng(seed)
-    dim = int(random.choice([1, 2, 2, 2, 3]))
+    dim = int(random.choice(DIMENSIONS))
     while True:
         try:
             movers = [_mover(random, dim, k, in_motion) for k in range(count)]
-            walls = tuple(_wall(random, dim) for _ in range(int(random.integers(0, 2))))
+            walls = tuple(Obstacle(_wall(random, dim)) for _ in range(int(random.integers(0, 2))))
             walls = walls if dim > 1 else ()
             rules = {}
             if in_motion:

@@ -13,6 +13,7 @@ from math import erfc, inf, sqrt
 import numpy as np
 
 from ppg_env import Agent, Game
+from ppg_env.game.obstacle import Obstacle
 
 Face = tuple[np.ndarray, float]
 
@@ -112,7 +113,7 @@ def body_of(game: Game, agent: Agent, states: list[np.ndarray], arrival: int | N
     return Body(agent.shape.vertices, [x[:d] for x in states], spreads, rest)
 
 
-def body_of_obstacle(game: Game, obstacle) -> Body:
+def body_of_obstacle(game: Game, obstacle: Obstacle) -> Body:
     path = np.zeros((1, game.dim)) if obstacle.path is None else obstacle.path
     last = len(path) - 1
     times = [min(t, last) for t in range(game.horizon + 1)]

@@ -14,6 +14,7 @@ from solvers import (
     social_optimum,
 )
 from tests.marks import first
+from tests.oracles.mixed_games import FLAT, mixed_game
 from tests.oracles.random_games import drawn_plan, random_game
 from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import plays
@@ -71,6 +72,23 @@ def test_none_of_many_drawn_plans_beats_a_best_response(seed):
             assert solution.value <= judged.shifted_cost[0] + 1e-6
             assert solution.bound <= judged.shifted_cost[0] + 1e-6
     assert sound > 5
+
+
+@pytest.mark.parametrize("seed", first(8, FLAT[:50]))
+def test_a_best_response_in_motion_beats_the_plan_that_was_drawn(seed):
+    mixed = mixed_game(seed, in_motion=True)
+    game, judged = mixed.game, evaluate(mixed.game, mixed.profile)
+    for i in range(2):
+        response = best_response(game, i, mixed.profile)
+        if not judged.violations((i,)):
+            assert response.bound <= judged.shifted_cost[i] + 1e-6
+            assert response.value <= judged.shifted_cost[i] + 1e-6
+        if response.profile is not None:
+            found = slow_evaluation(game, [plan.controls for plan in response.profile])
+            assert response.value == pytest.approx(found.shifted_cost[i], rel=1e-6, abs=1e-6)
+            assert max(found.control[i], found.within[i]) <= 1e-6
+            met = [e for e, one in enumerate(game.encounters) if i in one.agents]
+            assert max([found.overlap[e] for e in met], default=0.0) <= 1e-6
 
 
 @pytest.mark.parametrize("seed", range(4))

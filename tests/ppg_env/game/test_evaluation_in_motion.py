@@ -14,8 +14,8 @@ from ppg_env import Agent, Game, InputError, Polytope, evaluate, make_plan, make
 from ppg_env import tolerances as tol
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.obstacle import Obstacle
-from tests.marks import first
-from tests.oracles.mixed_games import mixed_game
+from tests.marks import slow_if
+from tests.oracles.mixed_games import FLAT, mixed_game
 from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import Play, plays
 from tests.profiles import examples
@@ -54,10 +54,12 @@ def assert_agrees_with_the_slow_one(game: Game, controls: list[np.ndarray]) -> N
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), **CLOSE)
     np.testing.assert_allclose(found.risk_sum, expected.risk, **CLOSE)
     np.testing.assert_allclose(found.residuals.overlap, expected.overlap, **CLOSE)
-    np.testing.assert_allclose(found.residuals.within, expected.within, **CLOSE)
-    # A set that a reserve cuts may have lost faces that a control is even farther beyond.
-    for beyond, other in zip(found.residuals.control, expected.control, strict=True):
-        assert (beyond > tol.CONTROL) == (other > tol.CONTROL)
+    # Residuals are in units of the agent, and a set that a reserve cuts may have lost faces.
+    for name in ("within", "control"):
+        for beyond, other in zip(
+            getattr(found.residuals, name), getattr(expected, name), strict=True
+        ):
+            assert (beyond > tol.LENGTH) == (other > tol.LENGTH)
     bad = [max(expected.control), max(expected.within), max([0.0, *expected.overlap])]
     assert found.feasible == (None not in expected.arrival and max(bad) <= tol.LENGTH)
 
@@ -67,7 +69,7 @@ def test_a_slow_evaluator_agrees_on_plays_in_motion(play: Play) -> None:
     assert_agrees_with_the_slow_one(play.game, [np.array(rows) for rows in play.controls])
 
 
-@pytest.mark.parametrize("seed", first(6, range(40)))
+@pytest.mark.parametrize("seed", slow_if(lambda seed: seed not in FLAT[:6], range(24)))
 def test_a_slow_evaluator_agrees_on_mixed_games_in_motion(seed: int) -> None:
     mixed = mixed_game(seed, 2 + seed % 2, in_motion=True)
     controls = [np.array(plan.controls) for plan in mixed.profile]
