@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import assume
@@ -113,10 +113,18 @@ def agents(draw: st.DrawFn, dim: int, place: np.ndarray) -> Agent:
         A=A,
         B=B,
         sigma0=draw(st.just(0.0) | covariances(n)),
-        within=draw(regions(dim, n)),
+        name=draw(NAMES),
+    )
+
+
+@st.composite
+def bound(draw: st.DrawFn, agent: Agent) -> Agent:
+    """The agent with a workspace, a reserve and a cost of effort, or without them."""
+    return replace(
+        agent,
+        within=draw(regions(agent.dim, agent.state_dim)),
         reserve=draw(st.just(0.0) | st.floats(0, 0.1)),
         effort=draw(st.just(0.0) | st.floats(0, 9)),
-        name=draw(NAMES),
     )
 
 
@@ -148,7 +156,7 @@ def games(draw: st.DrawFn) -> Game:
     """Games of one to three agents in one to three dimensions, anything a file can hold."""
     dim, count = draw(st.integers(1, 3)), draw(st.integers(1, 3))
     places = [np.full(dim, 100.0 * k) for k in range(count)]
-    movers = [draw(agents(dim, place)) for place in places]
+    movers = [draw(bound(draw(agents(dim, place)))) for place in places]
     assume(len({a.name for a in movers if a.name}) == sum(a.name is not None for a in movers))
     try:
         return Game(
