@@ -25,6 +25,7 @@ from ppg_env.formats.obstacle_tables import read_obstacles
 from ppg_env.formats.polytope_tables import read_control, read_shape, read_within
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 from ppg_env.scenarios.course import Course
 from ppg_env.scenarios.registry import load_registry, registry
@@ -140,7 +141,8 @@ def _from_course(name: str, course: Course) -> Game:
                     gain=np.array(0.5),
                 )
             )
-    return Game(tuple(agents), obstacles=course.obstacles, horizon=course.horizon, name=name)
+    walls = tuple(map(Obstacle, course.obstacles))
+    return Game(tuple(agents), obstacles=walls, horizon=course.horizon, name=name)
 
 
 def _speed(word: Any, dim: int) -> Polytope:
