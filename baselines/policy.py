@@ -101,8 +101,7 @@ class LearnedPlayer:
         mover = game.agents[agent]
         self._agent, self.policy = agent, policy
         self._size = mover.control_dim
-        width = max(other.state_dim for other in game.agents)
-        entries = observation_size(width, game.dim, len(game.agents)) + policy.conditioned
+        entries = observation_size(game) + policy.conditioned
         require(
             policy.inputs == entries and policy.outputs >= self._size,
             "policy",

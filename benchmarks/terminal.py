@@ -78,6 +78,12 @@ def print_table(
         console.print(note, style="table.caption", markup=False, highlight=False)
 
 
+def print_note(text: str) -> None:
+    """Print a line on stdout, in one piece; nothing if it is empty."""
+    if text:
+        typer.echo(text)
+
+
 @contextmanager
 def working(text: str) -> Iterator[Any]:
     """Show a spinner on stderr; yields an object with ``update(text)``."""

@@ -3,7 +3,8 @@
 ``{scenarios}`` is a table of the registered scenarios, ``{commands}`` a section for each command of
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
 study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
-the table of the paper's claims with the verdicts in FILE, and their definitions.
+the table of the paper's claims with the verdicts in FILE, and their definitions;
+``{claims-compared} FILE FILE`` the verdicts of two runs next to each other.
 """
 
 from __future__ import annotations
@@ -70,6 +71,21 @@ class Claims(SphinxDirective):
         return self.parse_text_to_nodes(claims_markdown(path))
 
 
+class ComparedClaims(SphinxDirective):
+    """The verdicts of two runs of ``ppg reproduce --json`` with different rules of collisions."""
+
+    required_arguments = 2
+
+    def run(self) -> list[nodes.Node]:
+        """Build the table, and a sentence on the claims whose verdicts differ."""
+        from benchmarks.reproduction.markdown import compared_markdown
+
+        first, second = (Path(__file__).parent / name for name in self.arguments)
+        for path in (first, second):
+            self.env.note_dependency(str(path))
+        return self.parse_text_to_nodes(compared_markdown(first, second))
+
+
 def _section(name: str | None, command: Callable[..., None] | None) -> str:
     from benchmarks.studies.markdown import markdown_table
 
@@ -105,4 +121,5 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("commands", Commands)
     app.add_directive("study", StudyResults)
     app.add_directive("claims", Claims)
+    app.add_directive("claims-compared", ComparedClaims)
     return {"parallel_read_safe": True}

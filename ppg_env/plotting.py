@@ -1,15 +1,18 @@
 """Figures of a game and a profile on matplotlib axes: bodies, paths, noise, arrivals.
 
 The colours are the palette of Okabe and Ito, distinguishable by colour-blind readers.  Bodies are
-drawn at a few times common to all agents, darkest at the closest approach.
+drawn at a few times common to all agents, darkest at the closest approach.  A cross marks each
+place where the means pass through something between two time steps.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ppg_env.game.between_steps import overlaps_between_steps
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
@@ -21,14 +24,24 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 ELLIPSE_DEVIATIONS = 2.0
 BODY_TIMES = 4
+MOVING = "0.45"
+"""Grey of the paths and outlines of moving obstacles."""
+
+CROSS = "#B00000"
+"""Colour of overlaps between time steps, that of no agent."""
 
 
 def draw_game(axes: Axes, game: Game) -> None:
-    """Draw the obstacles, and each agent's body at its start and marker at its goal."""
+    """Draw the obstacles, and each agent's body at its start and marker at its goal.
+
+    A moving obstacle is drawn at time 0, with its path dashed.
+    """
     from matplotlib.patches import Polygon
 
     for obstacle in game.obstacles:
         axes.add_patch(Polygon(outline(obstacle.vertices_at(0)), color="0.75", zorder=0))
+        if obstacle.path is not None:
+            axes.plot(*plane(obstacle.path[: obstacle.until].T), "--", color=MOVING, zorder=1)
     for i, agent in enumerate(game.agents):
         colour = COLOURS[i % len(COLOURS)]
         _body(axes, agent.shape.vertices, agent.start[: game.dim], colour, 0.15)
@@ -53,6 +66,7 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
     closest = closest_approach(game, profile)
     last = [game.horizon if plan.arrival is None else plan.arrival for plan in profile]
     shared = np.unique(np.linspace(0, max(last), BODY_TIMES + 2).round().astype(int))[1:-1]
+    _draw_moving_obstacles(axes, game, [t for t in {*shared.tolist(), closest} if t is not None])
     for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
         colour, path = COLOURS[i % len(COLOURS)], plan.means[: last[i] + 1, : game.dim]
         axes.plot(*plane(path.T), color=colour, marker=".", markersize=4, linewidth=1.2, zorder=3)
@@ -75,7 +89,58 @@ def draw_profile(axes: Axes, game: Game, profile: Profile) -> None:
                 zorder=6,
                 bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
             )
+    _mark_overlaps(axes, game, profile)
     axes.autoscale_view()
+
+
+def _draw_moving_obstacles(axes: Axes, game: Game, times: Sequence[int]) -> None:
+    """Draw the outlines of moving obstacles at ``times``, while they are there."""
+    for obstacle in game.obstacles:
+        if obstacle.path is None:
+            continue
+        for t in times:
+            if obstacle.until is None or t < obstacle.until:
+                where = obstacle.positions(game.horizon)[t]
+                _outline(axes, obstacle.shape.vertices, where, MOVING)
+                axes.annotate(
+                    str(t), plane(where), xytext=(2, 2), textcoords="offset points", fontsize=6
+                )
+
+
+def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
+    """Mark where means pass through something between two time steps; the legend says when.
+
+    The outlines of agents and moving obstacles at those moments are dotted.
+    """
+    overlaps = overlaps_between_steps(game, profile)
+    if not overlaps:
+        return
+    deepest = overlaps[0]
+    label = f"overlap between steps {deepest.step} and {deepest.step + 1}, by {deepest.depth:.3g}"
+    if len(overlaps) > 1:
+        label += f"\n(and {len(overlaps) - 1} more)"
+    for overlap in overlaps:
+        bodies = [(game.agents[i].shape, profile[i].means[:, : game.dim]) for i in overlap.agents]
+        if overlap.obstacle is not None:
+            obstacle = game.obstacles[overlap.obstacle]
+            if obstacle.path is not None:
+                bodies.append((obstacle.shape, obstacle.positions(game.horizon)))
+        for shape, path in bodies:
+            start, end = path[overlap.step : overlap.step + 2]
+            position = start + overlap.moment * (end - start)
+            _outline(axes, shape.vertices, position, CROSS, linestyle=":")
+    places = np.array([plane(np.array(overlap.place)) for overlap in overlaps])
+    axes.plot(
+        *places.T,
+        linestyle="none",
+        marker="X",
+        markersize=10,
+        color=CROSS,
+        markeredgecolor="white",
+        label=label,
+        zorder=7,
+    )
+    axes.legend(fontsize=6, loc="best", framealpha=0.6, handletextpad=0.2, borderpad=0.3)
 
 
 def draw_paths(axes: Axes, game: Game, states: np.ndarray) -> None:
@@ -144,7 +209,19 @@ def _body(
 
     edge = outline(vertices) + np.array(plane(position))
     axes.add_patch(Polygon(edge, facecolor=colour, alpha=alpha, zorder=1))
-    axes.add_patch(Polygon(edge, fill=False, edgecolor=colour, linewidth=0.7, zorder=2))
+    _outline(axes, vertices, position, colour)
+
+
+def _outline(
+    axes: Axes, vertices: np.ndarray, position: np.ndarray, colour: str, linestyle: str = "-"
+) -> None:
+    from matplotlib.patches import Polygon
+
+    edge = outline(vertices) + np.array(plane(position))
+    wide = 0.7 if linestyle == "-" else 1.1
+    patch = Polygon(edge, fill=False, edgecolor=colour, linewidth=wide, linestyle=linestyle)
+    patch.set_zorder(2)
+    axes.add_patch(patch)
 
 
 def _ellipse(axes: Axes, position: np.ndarray, covariance: np.ndarray, colour: str) -> None:

@@ -1,7 +1,7 @@
 """All tolerances and size limits of the project, each with its reason.
 
-Lengths are in the units of the game's positions, margins in units of sqrt(2) sigma,
-costs in time steps.
+Lengths are in the unit of the game (:mod:`ppg_env.game.units`), which is that of its positions for
+bodies of usual size, margins in units of sqrt(2) sigma, costs in time steps.
 """
 
 from __future__ import annotations
@@ -14,14 +14,23 @@ Ten times the loosest feasibility of HiGHS on the paper's scenarios, a ten-milli
 CONTROL = 1e-7
 """A control may leave its polytope by this much: the feasibility tolerance of the back ends."""
 
-SMALLEST = 1e-5
-"""Least width of a body, an obstacle and a control set, and least margin cap: ten times LENGTH and
-AGREEMENT, a hundred times CONTROL.  Below it, the tolerances decide instead of the game."""
+SMALLEST = 1e-12
+"""Least width of a body, an obstacle and a control set, in the user's unit."""
 
-LARGEST = 1e8
-"""Largest absolute value of a number in a game.  A double near 1e8 resolves 1.5e-8, a seventh of
-CONTROL; beyond it, rounding decides instead of the tolerances.  Entries of covariances are bounded
-by its square, normals of half-planes by its reciprocal from below."""
+LARGEST = 1e17
+"""Largest absolute value of a number in a game, in the user's unit.  Entries of covariances are
+bounded by its square, normals of half-planes by its reciprocal from below."""
+
+FARTHEST = 1e8
+"""Largest position, control and standard deviation, in the units of the agent.  A double near 1e8
+resolves 1.5e-8, a seventh of CONTROL; beyond it, rounding decides instead of the tolerances."""
+
+NARROWEST = 1e-5
+"""Least extent of a control set, in the units of the agent, and least margin cap: ten times LENGTH
+and AGREEMENT, a hundred times CONTROL.  Below it, the tolerances decide instead of the game."""
+
+HEAVIEST = 1e8
+"""Largest crash cost, and largest lam / (1 - lam)."""
 
 GROWTH = 1e25
 """Largest entry of a power of A, and largest standard deviation, within the horizon.  A position

@@ -14,6 +14,8 @@ from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
+from solvers.engine.tie_break import break_ties
+from solvers.pricing import PricedProfile
 from solvers.search_result import SearchResult
 
 if TYPE_CHECKING:
@@ -32,13 +34,22 @@ def minimise(
 ) -> SearchResult:
     """Return the cheapest plans of ``movers`` and a proved bound; other agents keep ``given``.
 
-    The engine calls ``on_progress`` with every better ``value`` and ``bound``.
+    Of plans of equal cost, the shortest and smoothest are returned
+    (:mod:`solvers.engine.tie_break`).  The engine calls ``on_progress`` with every better ``value``
+    and ``bound``.
     """
     if solver == ENGINE:
-        return engine_search(objective, movers, given, budget, on_progress)
-    from solvers.reference.solve import search
+        result = engine_search(objective, movers, given, budget, on_progress)
+    else:
+        from solvers.reference.solve import search
 
-    return search(_compiled(objective, tuple(movers)), given, solver, budget)
+        result = search(_compiled(objective, tuple(movers)), given, solver, budget)
+    if result.profile is None or result.evaluation is None:
+        return result
+    best = PricedProfile(result.profile, result.evaluation, result.value)
+    others = {i: plan for i, plan in enumerate(given or ()) if i not in movers}
+    tidy = break_ties(objective, tuple(movers), others, best)
+    return SearchResult.of(result.status, result.bound, tidy, result.detail)
 
 
 @lru_cache(maxsize=128)

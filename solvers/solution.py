@@ -34,13 +34,14 @@ ADVICE = {
     Status.CYCLE: "the updates repeat; update one agent at a time",
     Status.NOT_CONVERGED: "the limit on rounds or time came before the equilibrium; raise it, or "
     "start from another profile",
-    Status.INFEASIBLE: "no plan avoids every overlap of means; lengthen the horizon, move a start, "
-    "or make the bodies smaller",
+    Status.INFEASIBLE: "no plan avoids every overlap of means {when}; lengthen the horizon, move a "
+    "start, or make the bodies smaller",
     Status.UNREACHABLE: "a goal is out of reach; lengthen the horizon, or raise the speed",
     Status.NO_INCUMBENT: "the time limit (or that on nodes) came before the first plan; "
     "raise it, or cut the horizon",
     Status.ERROR: "the back end failed; try another solver",
 }
+"""``{when}`` stands for the times at which bodies must keep apart in the game."""
 
 
 @dataclass(frozen=True)

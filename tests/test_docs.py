@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from tests.command import Ppg
 from tests.marks import slow_if
 
 ROOT = Path(__file__).parents[1]
+GAMES = ROOT / "docs" / "games"
 PLAYERS = ("nash", "potential", "social", "straight", "ppo-selfish", "ppo-social")
 PAGES = [
     ROOT / "README.md",
@@ -62,7 +64,7 @@ def words(command: str) -> list[str]:
 def takes_long(page: Path) -> bool:
     """Whether the commands of a page take more than a few seconds, even shortened."""
     return (
-        page.name in ("README.md", "learning.md", "risk.md", "sweeps.md")
+        page.name in ("README.md", "fly.md", "learning.md", "risk.md", "sweeps.md")
         or page.parent.name == "studies"
     )
 
@@ -73,6 +75,7 @@ def test_commands_run_in_the_order_of_the_page(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(GAMES, tmp_path / GAMES.name)
     for name, text in re.findall(
         r"<!-- file: (\S+) -->\n```toml\n(.*?)```", page.read_text(), re.S
     ):

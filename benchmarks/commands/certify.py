@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from benchmarks.options import JsonOption, PlanArgument, with_planner_options
-from benchmarks.terminal import print_json, print_table, working
+from benchmarks.terminal import print_json, print_note, print_table, working
 from solvers.planner_options import PlannerOptions
 
 
 @with_planner_options("charge", "solver", "time_limit", "seed")
 def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption = False) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
+    from benchmarks.comparison.report import between_steps_note, between_steps_report
     from ppg_env.formats.plan_file import read_plan
     from solvers.equilibrium.certificate import certify as prove
 
@@ -24,7 +25,8 @@ def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption 
         )
     if as_json:
         names = ("regret", "epsilon", "cost", "bound")
-        print_json({name: getattr(proof, name) for name in names})
+        report = {name: getattr(proof, name) for name in names}
+        print_json(report | {"between_steps": between_steps_report(game, profile)})
         return
     rows = [
         (name, f"{cost:.6f}", f"{bound:.6f}", f"{regret:.2e}")
@@ -37,3 +39,4 @@ def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption 
         ("agent", "pays", "could be no less than", "regret at most"),
         rows,
     )
+    print_note(between_steps_note(game, {"": profile}))

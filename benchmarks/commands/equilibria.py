@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
-from benchmarks.terminal import bar, no_solution, print_json, print_table
+from benchmarks.terminal import bar, no_solution, outward, print_json, print_note, print_table
 from solvers.planner_options import PlannerOptions
 
 if TYPE_CHECKING:
@@ -80,10 +80,11 @@ def equilibria(
 
 
 def _report(collection: EquilibriumSet) -> dict[str, Any]:
-    from benchmarks.comparison.report import evaluation_report, game_name
+    from benchmarks.comparison.report import between_steps_report, evaluation_report, game_name
 
     return {
         "scenario": game_name(collection.game),
+        "collisions": collection.game.collisions,
         "runs": collection.runs,
         "equilibria": [
             {
@@ -91,8 +92,10 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
                 "found": kind.found,
                 "regret": kind.solution.regret,
                 **evaluation_report(evaluation),
+                "between_steps": between_steps_report(collection.game, kind.solution.profile),
             }
             for kind, evaluation in zip(collection.kinds, collection.evaluations, strict=True)
+            if kind.solution.profile is not None
         ],
         "cheapest": 0,
         "dearest": len(collection.kinds) - 1,
@@ -102,17 +105,21 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
 
 
 def _print(collection: EquilibriumSet) -> None:
-    from benchmarks.comparison.report import game_name
+    from benchmarks.comparison.report import between_steps_note, game_name
+    from ppg_env.game.between_steps import overlap_times
 
+    game = collection.game
     labels = _labels(collection)
     rows = [
         (
             kind.name,
             ", ".join(labels.get(k, [])),
             f"{evaluation.social_cost:.4f}",
-            f"{evaluation.risk_bound_any:.2e}",
+            outward(evaluation.risk_bound_any, ".2e", up=True),
             " ".join(map(str, evaluation.arrival)),
-            f"{kind.solution.regret.max():.1e}" if kind.solution.regret is not None else "",
+            ""
+            if kind.solution.regret is None
+            else outward(float(kind.solution.regret.max()), ".1e", up=True),
             f"{kind.found}",
         )
         for k, (kind, evaluation) in enumerate(
@@ -120,10 +127,14 @@ def _print(collection: EquilibriumSet) -> None:
         )
     ]
     print_table(
-        f"{game_name(collection.game)}: kinds of equilibrium reached in {collection.runs} runs",
+        f"{game_name(game)}: kinds of equilibrium reached in {collection.runs} runs",
         ("who passes whom", "", "social cost", "crash risk at most", "arrivals", "regret", "runs"),
         rows,
+        f"crash risk, safest, riskiest: by the bound on any overlap {overlap_times(game)}",
         texts=2,
+    )
+    print_note(
+        between_steps_note(game, {kind.name: kind.solution.profile for kind in collection.kinds})
     )
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from benchmarks.options import JsonOption, SeedOption, with_game_options
-from benchmarks.terminal import print_json
+from benchmarks.terminal import print_json, print_note
 
 
 @with_game_options
@@ -19,12 +19,19 @@ def render(
     out: Annotated[
         str, typer.Option(metavar="PNG", help="Where to write the picture.")
     ] = "plan.png",
+    times: Annotated[
+        str | None,
+        typer.Option(metavar="T,T,...", help="Draw a panel of a plan for each of these times."),
+    ] = None,
     as_json: JsonOption = False,
     seed: SeedOption = 0,
     overrides: dict[str, Any],
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
     from benchmarks.comparison.pictures import profile_picture
+    from benchmarks.comparison.report import between_steps_note, between_steps_report
+    from benchmarks.comparison.snapshots import snapshots_picture
+    from benchmarks.sweeps.grid import whole_numbers
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
@@ -41,8 +48,15 @@ def render(
         game, profile, _ = read_plan(target)
     else:
         game, profile = make_game(target, **overrides), None
-    profile_picture(game, profile, out)
+    if times is None:
+        profile_picture(game, profile, out)
+    else:
+        require(profile is not None, "--times", "is for plans", "draw a file of ppg solve --out")
+        assert profile is not None
+        snapshots_picture(game, profile, whole_numbers("--times", times), out)
     if as_json:
-        print_json({"picture": out})
+        report = {} if profile is None else {"between_steps": between_steps_report(game, profile)}
+        print_json({"picture": out, **report})
     else:
         typer.echo(f"picture: {out}")
+        print_note(between_steps_note(game, {"": profile}))

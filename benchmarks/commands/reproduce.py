@@ -39,6 +39,13 @@ class Range:
         str | None, typer.Option(help="Values of lam (default: ten from 0.05 to 0.9).")
     ] = None
     episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes of each cell.")] = 100_000
+    collisions: Annotated[
+        str,
+        typer.Option(
+            metavar="instants|swept",
+            help="Whether bodies keep apart at the time steps (the paper) or between them too.",
+        ),
+    ] = "instants"
 
     def extent(self, seed: int) -> Extent:
         """Return the extent, with the paper's values where nothing was given."""
@@ -58,6 +65,7 @@ class Range:
             lams=LAMS if lams is None else tuple(lams) if isinstance(lams, list) else (lams,),
             episodes=self.episodes,
             seed=seed,
+            collisions=self.collisions,
         )
 
 

@@ -47,7 +47,12 @@ class Request:
         ),
     ] = None
     swept: Annotated[
-        bool, typer.Option("--swept", help="For mc and rare on schedule: between instants too.")
+        bool,
+        typer.Option(
+            "--swept",
+            help="For mc and rare on schedule: between instants too, as games with collisions = "
+            "swept do anyway.",
+        ),
     ] = False
     against: Annotated[
         str | None,
@@ -82,6 +87,7 @@ def risk(
     """Compute crash probabilities of a plan or of a game's players: bounds, exact, simulated."""
     from importlib import import_module
 
+    from benchmarks.crash_risk.query import EVENTS
     from ppg_env.game.evaluation import evaluate
 
     _check(request)
@@ -102,6 +108,7 @@ def risk(
                 "agents": [vars(chance) for chance in report.agents],
                 "any": vars(report.any),
                 "method": request.method,
+                "event": EVENTS[query.swept],
                 "player": None if query.entrant is None else query.entrant.name,
                 "samples": report.samples,
                 "seconds": seconds,
@@ -110,7 +117,8 @@ def risk(
             }
         )
     else:
-        _print(f"{subject}: crash probability, {request.method}", query, report)
+        title = f"{subject}: crash probability ({EVENTS[query.swept]}), {request.method}"
+        _print(title, query, report)
 
 
 def _check(request: Request) -> None:
@@ -167,6 +175,7 @@ def _with_request(query: RiskQuery, request: Request, status: Any) -> RiskQuery:
     from dataclasses import replace
 
     from ppg_env.formats.plan_file import read_plan
+    from ppg_env.risk.crash_events import is_swept
 
     done = 0
 
@@ -178,7 +187,7 @@ def _with_request(query: RiskQuery, request: Request, status: Any) -> RiskQuery:
     return replace(
         query,
         against=None if request.against is None else read_plan(request.against)[:2],
-        swept=request.swept,
+        swept=request.swept or is_swept(query.game),
         episodes=request.episodes,
         workers=request.workers,
         progress=on_progress,

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
-from benchmarks.terminal import NO_SOLUTION, no_solution, print_json, print_table, times, working
+from benchmarks.terminal import (
+    NO_SOLUTION,
+    no_solution,
+    outward,
+    print_json,
+    print_note,
+    print_table,
+    times,
+    working,
+)
 from solvers.planner_options import PlannerOptions, refuse_unused
 
 if TYPE_CHECKING:
@@ -158,18 +167,20 @@ def _print(result: Solution, report: dict[str, Any], as_json: bool) -> None:
 
 
 def _print_solution(result: Solution) -> None:
-    from benchmarks.comparison.report import game_name
+    from benchmarks.comparison.report import between_steps_note, game_name
+    from ppg_env.game.between_steps import overlap_times
 
     evaluation = result.evaluation
     assert evaluation is not None
+    bounds = evaluation.risk_bound if result.game.scale == "exact" else None
     rows = [
         (
             name,
             times(evaluation.arrival[i : i + 1]),
             f"{evaluation.shifted_cost[i]:.4f}",
             f"{evaluation.deficit[i]:.4f}",
-            f"{evaluation.risk_sum[i]:.2e}",
-            "" if result.regret is None else f"{result.regret[i]:.1e}",
+            "" if bounds is None else outward(float(bounds[i]), ".2e", up=True),
+            "" if result.regret is None else outward(float(result.regret[i]), ".1e", up=True),
         )
         for i, name in enumerate(result.game.agent_names)
     ]
@@ -180,5 +191,7 @@ def _print_solution(result: Solution) -> None:
         f"{result.name} of {game_name(result.game)}: {result.status} ({result.advice})",
         ("agent", "arrival", "shifted cost", "deficit", "risk bound", "regret at most"),
         rows,
-        f"{proof}social cost {evaluation.social_cost:.6g}; {result.seconds:.2f} s",
+        f"{proof}social cost {evaluation.social_cost:.6g}; risk bound: of an overlap "
+        f"{overlap_times(result.game)}; {result.seconds:.2f} s",
     )
+    print_note(between_steps_note(result.game, {"": result.profile}))

@@ -60,6 +60,13 @@ class Range:
         int | None,
         typer.Option(min=10, help="Episodes of each player in each cell (default: the study's)."),
     ] = None
+    collisions: Annotated[
+        str,
+        typer.Option(
+            metavar="instants|swept",
+            help="Whether bodies keep apart at the time steps (the paper) or between them too.",
+        ),
+    ] = "instants"
 
 
 @with_group("paths", Paths)
@@ -108,6 +115,7 @@ def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
         lams=whole.lams if lam is None else tuple(lam) if isinstance(lam, list) else (lam,),
         episodes=chosen.episodes or whole.episodes,
         seed=seed,
+        collisions=chosen.collisions,
     )
 
 

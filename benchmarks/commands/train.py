@@ -74,6 +74,7 @@ def train(
     from baselines.policy_file import write_learned
     from baselines.train import METHODS
     from benchmarks.output_paths import target
+    from ppg_env.game.between_steps import overlap_times
     from ppg_env.scenarios.make import make_game
 
     lam = _check(training)
@@ -91,7 +92,7 @@ def train(
     if as_json:
         print_json({"path": path, **{k: v for k, v in learned.about.items() if k != "game"}})
     else:
-        _print(learned, game, training.seeds)
+        _print(learned, game, training.seeds, overlap_times(instance))
 
 
 def _check(training: Training) -> tuple[float, float]:
@@ -155,7 +156,7 @@ def _command(game: str, overrides: dict[str, Any], training: Training, seed: int
     return shlex.join(words)
 
 
-def _print(learned: Learned, game: str, seeds: int) -> None:
+def _print(learned: Learned, game: str, seeds: int, crashes: str) -> None:
     from ppg_env.support.statistics import Interval
 
     rows = []
@@ -167,5 +168,6 @@ def _print(learned: Learned, game: str, seeds: int) -> None:
         f"{learned.name} in {game}: {seeds} x {learned.about['steps']:,} steps",
         ("lam", "expected cost", "crash probability", "arrived"),
         rows,
-        "In the environment, without exploration; mean cost of agents; 95 % intervals over runs.",
+        "In the environment, without exploration; mean cost of agents; crash: overlap "
+        f"{crashes}; 95 % intervals over runs.",
     )

@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.comparison.report import game_name
 from benchmarks.comparison.results import PlayerResult
 from benchmarks.figures import new_figure, write_figure
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.plotting import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
@@ -27,6 +28,9 @@ LEGEND = (
     "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
     "numbers: time   dark: closest approach"
 )
+LEGEND_COLUMNS = 3
+"""More would be wider than two panels."""
+
 PATHS_LEGEND = "star: goal   thin: episodes   thick: their mean   numbers: time"
 
 PANELS = 4
@@ -71,7 +75,7 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
         panels.append(axes)
     bottom = grid[1].subgridspec(1, 2)
     _arrivals(figure.add_subplot(bottom[0]), game, played)
-    _crashes(figure.add_subplot(bottom[1]), played)
+    _crashes(figure.add_subplot(bottom[1]), game, played)
     figure.suptitle(f"{game_name(game)}: objective {game.objective}, {_lams(game)}", fontsize=11)
     in_environment = any(row.played and row.played.paths is not None for row in played)
     figure.supxlabel(PATHS_LEGEND if in_environment else LEGEND, fontsize=7)
@@ -100,10 +104,11 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("arrival (steps)")
     if 1 < count <= LEGEND_AGENTS:
-        axes.legend(fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+        wide = min(count, LEGEND_COLUMNS)
+        axes.legend(fontsize=7, ncols=wide, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _crashes(axes: Axes, rows: Sequence[PlayerResult]) -> None:
+def _crashes(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
     """Draw crash probabilities on a log scale, with intervals over runs if there are several.
 
     An arrow points down from the upper limit if no crash was seen.
@@ -128,7 +133,7 @@ def _crashes(axes: Axes, rows: Sequence[PlayerResult]) -> None:
     axes.set_ylim(max(lowest / 3, LEAST), 2.0)
     axes.set_xlim(-0.5, len(rows) - 0.3)
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
-    axes.set_ylabel("Pr(any agent crashes)")
+    axes.set_ylabel(f"Pr(any overlap\n{overlap_times(game)})")
     axes.grid(axis="y", alpha=0.3)
 
 

@@ -11,6 +11,7 @@ from baselines.policy_file import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
@@ -87,7 +88,7 @@ def _straight(game: Game, _options: PlannerOptions) -> Solution:
         advice = unreachable_advice(game, tuple(range(len(plans))))
         return Solution(game, "straight", Status.UNREACHABLE, advice)
     evaluation = evaluate(game, profile)
-    advice = "; ".join(evaluation.violations()) or "free of overlap"
+    advice = "; ".join(evaluation.violations()) or f"free of overlap {overlap_times(game)}"
     status = Status.FEASIBLE if evaluation.feasible else Status.INFEASIBLE
     return Solution(game, "straight", status, advice, profile, evaluation)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.comparison.players import Entrant
-from benchmarks.comparison.report import evaluation_report, game_name
+from benchmarks.comparison.report import between_steps_report, evaluation_report, game_name
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.support.statistics import Estimate, Interval, RareEstimate
@@ -88,6 +88,7 @@ def comparison_report(
     return {
         "scenario": game_name(game),
         "objective": game.objective,
+        "collisions": game.collisions,
         "lam": [agent.lam for agent in game.agents],
         "arena": arena,
         "episodes": episodes,
@@ -110,6 +111,8 @@ def row_report(row: PlayerResult) -> dict[str, Any]:
         return head
     if solution is not None and solution.evaluation is not None:
         head |= {**evaluation_report(solution.evaluation), "regret": solution.regret}
+    if solution is not None and solution.profile is not None:
+        head["between_steps"] = between_steps_report(solution.game, solution.profile)
     spread = played.over_runs or {}
     return {
         **head,

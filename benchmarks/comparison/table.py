@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.comparison.report import game_name
+from benchmarks.comparison.report import between_steps_note, game_name
 from benchmarks.comparison.results import Played, PlayerResult
-from benchmarks.terminal import outward, print_table, probability, times
+from benchmarks.terminal import outward, print_note, print_table, probability, times
+from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Interval
 
@@ -50,12 +51,14 @@ def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes
     note = NOTE.format(episodes=episodes, where=WHERE[arena], stars=stars)
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
-        f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}",
+        f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}; "
+        f"a crash is an overlap {overlap_times(game)}",
         columns,
         lines,
         "\n".join([*failures, note]),
         texts=2,
     )
+    print_note(between_steps_note(game, {row.player: row.profile for row in rows}))
 
 
 def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
@@ -64,6 +67,7 @@ def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
     assert evaluation is not None
     assert played is not None
     overlap = "" if evaluation.feasible else "overlap"
+    bound = evaluation.risk_bound_any if evaluation.game.scale == "exact" else None
     return (
         row.player,
         played.information,
@@ -71,7 +75,7 @@ def _schedule_cells(row: PlayerResult) -> tuple[str, ...]:
         overlap or f"{evaluation.social_cost:.4f}",
         "" if regret is None else outward(float(regret.max()), ".0e", up=True),
         _crash(played),
-        overlap or outward(evaluation.risk_sum_any, ".1e", up=True),
+        overlap or ("" if bound is None else outward(bound, ".1e", up=True)),
         _interval(played.expected_cost),
     )
 

@@ -3,6 +3,8 @@ r"""Analytic crash probabilities, for ``ppg risk``.
 bound   certified upper bounds: the paper's, and tighter ones
 exact   exact for each instant; over time [likeliest instant, tightest certified bound]
 
+Both are about the game's own event.  No exact probability of an overlap during a step is known.
+
 Methods that simulate are in :mod:`benchmarks.crash_risk.simulated`.
 """
 
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.crash_risk.query import Chance, RiskQuery, RiskReport, at_most, parties
-from ppg_env.errors import InputError
+from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 
 if TYPE_CHECKING:
@@ -23,28 +25,49 @@ if TYPE_CHECKING:
 LADDER = ("union", "faces", "instants", "tree")
 """Upper bounds from the paper's to the tightest, as :mod:`ppg_env.risk.union_bounds` names them."""
 
+COLUMNS = {"union": "programs", "faces": "best faces", "instants": "exact instants"} | {
+    "tree": "less shared"
+}
+"""Columns of upper bounds that are not the plan's risk bound."""
+
 
 def bound(query: RiskQuery) -> RiskReport:
-    """Return the paper's union bound, with tighter certified bounds."""
+    """Return the plan's risk bound, with the other certified bounds."""
     risk = _bounds(query)
+    first, said = ("union", "the paper's first")
+    if query.swept:
+        first, said = "faces", "the plan's first"
+    others = [name for name in LADDER if name != first and getattr(risk.any, name) is not None]
     events = (*risk.agents, risk.any)
-    chances = [Chance(event.union, 0.0, event.union) for event in events]
+    chances = [Chance(value, 0.0, value) for value in (getattr(event, first) for event in events)]
     rows = [
-        (_times(event, "union"), *(f"<= {at_most(getattr(event, name))}" for name in LADDER[1:]))
+        (_times(event, first), *(f"<= {at_most(getattr(event, name))}" for name in others))
         for event in events
     ]
     return RiskReport(
-        "Upper bounds, the paper's first; ratio: to the tightest bound; see ppg explain risk.",
+        f"Upper bounds, {said}; ratio: to the tightest bound; see ppg explain risk.",
         tuple(chances[:-1]),
         chances[-1],
         details=_details(query.game, risk),
-        columns=("ratio", "best faces", "exact instants", "less shared"),
+        columns=("ratio", *(COLUMNS[name] for name in others)),
         rows=tuple(rows),
     )
 
 
 def exact(query: RiskQuery) -> RiskReport:
-    """Return the exact largest instant, and the tightest bound on all instants together."""
+    """Return the exact largest instant, and the tightest bound on all instants together.
+
+    Raises
+    ------
+    InputError
+        If overlaps during the steps count.
+    """
+    require(
+        not query.swept,
+        "--method",
+        "is exact, which knows overlaps at time steps only, and this game counts them during steps",
+        "write bound, mc or rare",
+    )
     risk = _bounds(query)
     chances = [Chance(event.tree, event.least, event.tree) for event in (*risk.agents, risk.any)]
     members = [set(encounter.agents) for encounter in query.game.encounters]
@@ -75,9 +98,9 @@ def _times(event: Bounds, name: str) -> str:
 
 
 def _ratio(event: Bounds, name: str) -> float | None:
-    """Return a bound over the tightest one; None if there is no risk."""
-    value: float = getattr(event, name)
-    return value / event.tree if event.tree else None
+    """Return a bound over the tightest one; None if there is no risk, or no such bound."""
+    value: float | None = getattr(event, name)
+    return value / event.tree if event.tree and value is not None else None
 
 
 def _likeliest(game: Game, logs: np.ndarray, chosen: Sequence[bool]) -> str:

@@ -25,7 +25,7 @@ class RiskQuery:
     planner : options of players that replan while they play, and the seed.
     arena : ``schedule`` or ``env``, for methods that simulate.
     against : another game and profile to compare with.
-    swept : whether crashes between the instants count.
+    swept : whether overlaps during the steps count: as the game says, or on request.
     episodes : simulated episodes; None for the method's default.
     progress : called with the number of episodes done since the last call.
     """
@@ -40,6 +40,10 @@ class RiskQuery:
     episodes: int | None = None
     workers: int = 1
     progress: Callable[[int], None] = lambda _count: None
+
+
+EVENTS = {False: "overlap at a time step", True: "overlap during a step"}
+"""The crash that is meant, by whether it is swept."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from benchmarks.crash_risk.query import RiskQuery, RiskReport
 from benchmarks.terminal import interval
 from ppg_env.env.players import Player, track
 from ppg_env.errors import InputError, require
+from ppg_env.risk.crash_events import is_swept
 from ppg_env.risk.importance_sampling import IN_SIGHT, rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 
@@ -121,7 +122,7 @@ def _sampled(query: RiskQuery) -> tuple[RareRisk, str]:
 def _check(query: RiskQuery) -> None:
     if query.arena == "env":
         require(
-            not query.swept,
+            query.swept == is_swept(query.game),
             "--swept",
             "is for plans on schedule",
             "leave it out in the environment",

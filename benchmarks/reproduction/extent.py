@@ -83,7 +83,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Extent:
-    """What to reproduce; by default everything."""
+    """What to reproduce; by default everything.
+
+    ``collisions`` is the rule of all games: ``instants`` is the paper's.
+    """
 
     settings: Sequence[Setting] = SETTINGS
     scenarios: Sequence[str] = SCENARIOS
@@ -91,6 +94,7 @@ class Extent:
     lams: Sequence[float] = LAMS
     episodes: int = 100_000
     seed: int = 0
+    collisions: str = "instants"
 
     def __post_init__(self) -> None:
         for scenario in self.scenarios:
@@ -125,6 +129,7 @@ class Extent:
             "margin_cap": place.setting.margin_cap,
             "gain": place.gain,
             "lam": lam,
+            "collisions": self.collisions,
         }
         if solution not in DYNAMICS:
             return Cell(place.scenario, solution, fields, episodes=self.episodes, seed=self.seed)

@@ -90,6 +90,7 @@ def report(reproduction: Reproduction) -> dict[str, Any]:
     return {
         "episodes": extent.episodes,
         "seed": extent.seed,
+        "collisions": extent.collisions,
         "lam": list(extent.lams),
         "claims": [_claim(finding) for finding in reproduction.findings],
         "panels": [_panel(panel) for panel in reproduction.panels.values()],

@@ -161,6 +161,7 @@ def making(reproduction: Reproduction) -> str:
         "lams": ",".join(f"{lam:g}" for lam in extent.lams),
         "episodes": str(extent.episodes),
         "seed": str(extent.seed),
+        "collisions": extent.collisions,
     }
     options = [word for name, value in values.items() for word in (f"--{name}", value)]
     command = shlex.join(["ppg", "reproduce", *options])

@@ -8,12 +8,13 @@ digest of the stored row.  A study with cells of another kind defines how to run
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.studies.results import StudyRow, completed, digested
+from ppg_env.errors import require
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,13 +33,17 @@ without feedback) takes longer than the rest of a study.
 
 @dataclass(frozen=True)
 class Choice:
-    """The extent of a study; the command line can narrow it."""
+    """The extent of a study; the command line can narrow it.
+
+    ``collisions`` is the rule of all games of a sweep; ``instants`` is the paper's.
+    """
 
     scenarios: tuple[str, ...]
     speeds: tuple[str, ...]
     lams: tuple[float, ...]
     episodes: int
     seed: int = 0
+    collisions: str = "instants"
 
 
 @dataclass(frozen=True)
@@ -91,8 +96,18 @@ class Study:
         """Return the rows of the cells of ``choice``, in order; those in ``results`` are not run.
 
         Rows of a sweep's cells are read from ``store`` if it has them, and else stored there.
+
+        Raises
+        ------
+        InputError
+            If the games shall be swept, and the cells are not those of a sweep.
         """
         todo = self.cells(choice)
+        if choice.collisions != "instants":
+            remedy = "leave it out: this study measures games with the paper's rule"
+            require(self.digest is not None, "collisions", f"is {choice.collisions!r}", remedy)
+            rule = {"collisions": choice.collisions}
+            todo = [replace(cell, fields={**cell.fields, **rule}) for cell in todo]
         if self.digest is not None:
             return digested(
                 results, self.name, todo, self.digest, store, jobs=jobs, progress=progress

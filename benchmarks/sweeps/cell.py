@@ -33,6 +33,9 @@ FORMAT = 2
 SELFISH = "selfish"
 """The liability rule of all players that accept no other."""
 
+PAPER = {"collisions": "instants", "on_goal": "remove"}
+"""Rules of a game that the first stores had no other values of; addresses leave them out."""
+
 
 @dataclass(frozen=True)
 class Cell(PlannerOptions):
@@ -103,7 +106,7 @@ class Cell(PlannerOptions):
         """SHA-256, in hexadecimal, of everything that determines the result."""
         content = {
             "format": FORMAT,
-            "game": game_to_tables(self.game),
+            "game": _addressed(self.game),
             "player": FILE if self.player.endswith(FILE) else self.player,
             "learned": self._file_digest(),
             **self.effective_options,
@@ -126,6 +129,14 @@ class Cell(PlannerOptions):
             raise InputError(
                 self.player, f"cannot be read ({error.strerror})", "check the path"
             ) from None
+
+
+def _addressed(game: Game) -> dict[str, Any]:
+    """Return the tables of ``game`` without the rules of the paper."""
+    tables = game_to_tables(game)
+    head = tables["game"]
+    kept = {key: value for key, value in head.items() if PAPER.get(key) != value}
+    return tables | {"game": kept}
 
 
 @lru_cache(maxsize=1024)

@@ -79,6 +79,8 @@ class Row:
     margin_cap: float
     crash_cost: float
     scale: str
+    collisions: str
+    on_goal: str
     lams: Numbers
     fields: Table
     game: GameTables
@@ -172,6 +174,8 @@ def _asked(cell: Cell) -> dict[str, Any]:
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
         "scale": game.scale,
+        "collisions": game.collisions,
+        "on_goal": game.on_goal,
         "lams": [agent.lam for agent in agents],
         "fields": json.loads(json.dumps(cell.fields, default=_written)),
         "game": game_to_tables(game),

@@ -13,11 +13,11 @@ SHOWN = 60
 
 AXES = (
     "objective", "lams", "gain", "noise", "speed", "horizon", "margin_cap", "crash_cost",
-    "start", "order", "charge", "seed",
+    "collisions", "on_goal", "start", "order", "charge", "seed",
 )  # fmt: skip
 """Columns that are printed if rows differ in them."""
 
-HEADS = {"lams": "lam", "margin_cap": "cap", "crash_cost": "crash cost"}
+HEADS = {"lams": "lam", "margin_cap": "cap", "crash_cost": "crash cost", "on_goal": "on goal"}
 
 NOTE = (
     "Social cost: sum of shifted costs. Crash: of any agent, 95 % intervals. Expected cost: mean "

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ppg_env.env.observation import observation_frame
+from ppg_env.env.observation import moving_obstacles, observation_frame
 from ppg_env.env.rules import Rules
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import square_root
+from ppg_env.game.dynamics import covariances, square_root
+from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
@@ -30,17 +31,25 @@ class Tables(NamedTuple):
     """The arguments of the kernel that no step changes.
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
-    start (N, n), goal (N, n) and goal_size (N,): arrival regions, ``tolerance`` wide;
-    A (N, n, n), B (N, n, m), root (N, n, n) with root root' = noise, start_root likewise sigma0;
-    separable (N,): whether no axis affects another, input limits included;
+    start (N, n), goal (N, n): arrival regions, ``tolerance`` wide;
+    agent_codes (3, N): sizes of goals, times of arrival on schedule, and whether the agent is
+    separable: no axis affects another, input limits included;
+    A (N, n, n), B (N, n, m), root (N + K, n, n) with root root' = noise, of agents and of moving
+    obstacles, start_root (N, n, n) likewise sigma0;
     control_set (S, N): the control set v of each agent at each step, the last row for all later
-    steps; projection (V,) with low, high (V, m); edges (see :func:`_edges`) and faces of the
-    control sets, concatenated, those of set v from ``first_edge[v]`` and ``first_input[v]`` on;
-    pair (E, 2), -1 for an obstacle; normals, offsets, depths of the collision sets, those of
+    steps; projection (V,) with low, high = limits (2, V, m); edges (see :func:`_edges`) and faces
+    of the control sets, concatenated, those of set v from ``first_row[0, v]`` and
+    ``first_row[1, v]`` on;
+    effort (N,) weights of the inputs' sizes;
+    path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
+    (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
+    which none of them moves;
+    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets, depths of the collision sets, those of
     encounter e from ``first_face[e]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
-    units (H'+1, faces) lengths of one unit of margin, the last row for all later times;
-    lam (N,) weights of time and crash_cost kappa;
-    schedule (N,); centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
+    units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
+    body alone, the last row for all later times;
+    crash_cost kappa;
+    centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
 
     state_axes: tuple[int, ...]
@@ -48,23 +57,25 @@ class Tables(NamedTuple):
     axes: tuple[int, ...]
     start: np.ndarray
     goal: np.ndarray
-    goal_size: np.ndarray
+    agent_codes: np.ndarray
     tolerance: float
     A: np.ndarray
     B: np.ndarray
     root: np.ndarray
     start_root: np.ndarray
     random_start: bool
-    separable: np.ndarray
     control_set: np.ndarray
     projection: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    limits: np.ndarray
     edges: np.ndarray
-    first_edge: np.ndarray
     input_normals: np.ndarray
     input_offsets: np.ndarray
-    first_input: np.ndarray
+    first_row: np.ndarray
+    effort: np.ndarray
+    path: np.ndarray
+    obstacle_times: np.ndarray
+    drifting: bool
+    last_motion: int
     pair: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray
@@ -72,11 +83,10 @@ class Tables(NamedTuple):
     first_face: np.ndarray
     units: np.ndarray
     margin_cap: float
-    lam: np.ndarray
     crash_cost: float
-    schedule: np.ndarray
     scheduled: bool
     stay: bool
+    swept: bool
     remove_crashed: bool
     margin_reward: bool
     social: bool
@@ -95,8 +105,16 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         input_axes=(0,) * m,
         axes=(0,) * game.dim,
         **_dynamics(game, n, m),
-        separable=np.array([_separable(agent, rules, n, m) for agent in game.agents]),
+        agent_codes=np.array(
+            [
+                [agent.goal.size for agent in game.agents],
+                rules.schedule or [NEVER] * len(game.agents),
+                [_separable(agent, rules, n, m) for agent in game.agents],
+            ],
+            dtype=np.int64,
+        ),
         **_control_sets(game, rules, m),
+        **_obstacles(game, n),
         **_encounters(game),
         **_rules(game, rules),
         centre=centre,
@@ -108,7 +126,11 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
     """Return the fields about starts, goals, motion and preferences of the agents."""
     agents, N = game.agents, len(game.agents)
     start, goal = np.zeros((N, n)), np.zeros((N, n))
-    A, B, root, start_root = (np.zeros((N, n, k)) for k in (n, m, n, n))
+    moving = moving_obstacles(game)
+    A, B, start_root = (np.zeros((N, n, k)) for k in (n, m, n))
+    root = np.zeros((N + len(moving), n, n))
+    for b, k in enumerate(moving):
+        root[N + b, : game.dim, : game.dim] = square_root(game.obstacles[k].noise)
     for i, agent in enumerate(agents):
         k, inputs = agent.state_dim, agent.control_dim
         start[i, :k], goal[i, : agent.goal.size] = agent.start, agent.goal
@@ -117,48 +139,84 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
     return {
         "start": start,
         "goal": goal,
-        "goal_size": np.array([agent.goal.size for agent in agents]),
         "A": A,
         "B": B,
         "root": root,
         "start_root": start_root,
         "random_start": bool(start_root.any()),
-        "lam": np.array([agent.lam for agent in agents]),
+        "effort": np.array([agent.effort for agent in agents]),
     }
 
 
 def _control_sets(game: Game, rules: Rules, m: int) -> dict[str, Any]:
     """Return the fields about control sets, those of each agent in the order of their steps."""
     sets = [control for agent in game.agents for _, control in pieces(agent.control)]
-    low, high = np.zeros((len(sets), m)), np.zeros((len(sets), m))
+    limits = np.zeros((2, len(sets), m))
     for v, control in enumerate(sets):
-        low[v, : control.dim], high[v, : control.dim] = control.bounds
+        limits[:, v, : control.dim] = control.bounds
     edges, faces = [_edges(control) for control in sets], [control.faces for control in sets]
     padded = [np.hstack([a, np.zeros((len(a), m - a.shape[1]))]) for a, _ in faces]
     return {
         "control_set": _control_set(game),
         "projection": np.array([_projection(control, rules) for control in sets]),
-        "low": low,
-        "high": high,
+        "limits": limits,
         "edges": np.concatenate(edges),
-        "first_edge": _firsts([len(rows) for rows in edges]),
         "input_normals": np.concatenate(padded),
         "input_offsets": np.concatenate([b for _, b in faces]),
-        "first_input": _firsts([len(a) for a in padded]),
+        "first_row": np.stack([_firsts([len(rows) for rows in kind]) for kind in (edges, padded)]),
     }
+
+
+def _obstacles(game: Game, n: int) -> dict[str, Any]:
+    """Return the fields about moving obstacles."""
+    obstacles = [game.obstacles[k] for k in moving_obstacles(game)]
+    K, longest = len(obstacles), max((obstacle.rest for obstacle in obstacles), default=0)
+    path, times = np.zeros((K, longest + 1, n)), np.zeros((K, 2), dtype=np.int64)
+    for k, obstacle in enumerate(obstacles):
+        path[k, :, : game.dim] = obstacle.positions(longest)
+        times[k] = obstacle.rest, NEVER if obstacle.until is None else obstacle.until
+    return {
+        "path": path,
+        "obstacle_times": times,
+        "drifting": any(obstacle.noise.any() for obstacle in obstacles),
+        "last_motion": int(times.min(axis=1).max(initial=0)),
+    }
+
+
+def _units(game: Game, encounter: Encounter) -> np.ndarray:
+    """Return (3, H+1, F) units of margin, and the squares of those due to either body alone."""
+    spread = [
+        covariances(game.agents[i], game.horizon)[:, : game.dim, : game.dim]
+        for i in encounter.agents
+    ]
+    if encounter.obstacle is not None:
+        spread.append(game.obstacles[encounter.obstacle].covariances(game.horizon))
+    normals, scale = encounter.collision.normals, 2.0 if game.scale == "exact" else 1.0
+    result = np.zeros((3, game.horizon + 1, len(normals)))
+    result[0] = encounter_units(game, encounter)
+    for k, covariance in enumerate(spread):
+        along = np.einsum("fi,tij,fj->tf", normals, covariance, normals)
+        result[1 + k] = scale * np.maximum(along, 0.0)
+    return result
 
 
 def _encounters(game: Game) -> dict[str, Any]:
     """Return the fields about collisions and margins."""
-    faces = collision_faces(game)
-    units = (encounter_units(game, encounter) for encounter in game.encounters)
+    faces, encounters = collision_faces(game), game.encounters
+    units = [np.zeros((3, game.horizon + 1, 0)), *(_units(game, e) for e in encounters)]
+    bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
+    pair = encounter_pairs(game)
+    pair[:, 1] = [
+        j if j >= 0 else bodies.get(encounter.obstacle, -1)
+        for j, encounter in zip(pair[:, 1], encounters, strict=True)
+    ]
     return {
-        "pair": encounter_pairs(game),
+        "pair": pair,
         "normals": faces.normals,
         "offsets": faces.offsets,
         "depths": faces.depths,
         "first_face": faces.first,
-        "units": np.hstack([np.zeros((game.horizon + 1, 0)), *units]),
+        "units": np.concatenate(units, axis=2),
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
     }
@@ -168,9 +226,9 @@ def _rules(game: Game, rules: Rules) -> dict[str, Any]:
     """Return the fields about the rules of play."""
     return {
         "tolerance": float(rules.tolerance),
-        "schedule": np.array(rules.schedule or [NEVER] * len(game.agents), dtype=np.int64),
         "scheduled": rules.arrival == "schedule",
         "stay": rules.on_goal == "stay",
+        "swept": game.collisions == "swept",
         "remove_crashed": rules.on_crash == "remove",
         "margin_reward": rules.reward == "margin",
         "social": rules.sharing == "social",

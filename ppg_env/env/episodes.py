@@ -2,8 +2,8 @@ r"""Episodes of players in the environment: arrivals, crashes and costs, with in
 
 Episodes run in blocks of copies that all start together.  Each block's noise comes from the seed
 and the block's number alone, so that all players meet the same noise (common random numbers) and
-results do not depend on block order or workers.  Costs are lam per step in traffic and
-(1 - lam) kappa at a crash, for any choice of reward.
+results do not depend on block order or workers.  Costs are lam per step in traffic, the effort,
+and (1 - lam) kappa at a crash, for any choice of reward.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def play(
 ) -> Iterator[tuple[np.ndarray, Step]]:
     """Play all copies to their ends; yield traffic (C, N) before each step, and the step.
 
-    ``noises`` are the standard normals (C, N, n) of successive steps.
+    ``noises`` are the standard normals of successive steps, of ``simulator.noise_shape``.
     """
     C, N, _ = simulator.state.shape
     sizes = [agent.control_dim for agent in simulator.game.agents]
@@ -178,8 +178,8 @@ def play(
 
 
 def _noises(simulator: Simulator, random: np.random.Generator) -> Iterator[np.ndarray]:
-    C, N, n = simulator.state.shape
-    noise = np.empty((COPIES, N, n))  # drawn whole: more episodes do not change the first ones
+    C, *rows = simulator.noise_shape
+    noise = np.empty((COPIES, *rows))  # drawn whole: more episodes do not change the first ones
     while simulator.alive.any():
         yield random.standard_normal(out=noise)[:C]
 
@@ -195,7 +195,7 @@ def _play(
     crash_cost = (1 - simulator.lam) * simulator.game.crash_cost
     for traffic, step in play(simulator, players, _noises(simulator, random)):
         live = np.any(step.acting, axis=1, keepdims=True)
-        cost += traffic * simulator.lam + (step.crashed & live) * crash_cost
+        cost += step.time_cost + (step.crashed & live) * crash_cost
         new_arrivals = step.arrived & live
         arrival[new_arrivals] = np.broadcast_to(simulator.clock[:, None], shape)[new_arrivals]
         arrived |= new_arrivals

@@ -9,9 +9,10 @@ and keeps the machine code on disk.
 Dimensions are passed as tuples of that length (``state_axes`` of n zeros, and so on): the length
 of a tuple is part of its type, so the compiler unrolls the loops over components.
 
-Arrays: ``state`` (C, N, n), ``status`` (C, N) with the codes of :mod:`ppg_env.env.status`,
-``clock`` (C,), ``lam`` (C, N); ``g`` holds the game and its rules
-(:class:`ppg_env.env.arrays.Tables`).
+Arrays: ``state`` (C, bodies, n), of the agents and then of the moving obstacles; ``before``
+likewise, before the move (with swept collisions); ``status`` (C, N) with the codes of
+:mod:`ppg_env.env.status`; ``parked`` (C, N) times of arrival; ``clock`` (C,); ``lam`` (C, N);
+``g`` holds the game and its rules (:class:`ppg_env.env.arrays.Tables`).
 """
 
 from __future__ import annotations
@@ -19,20 +20,31 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ppg_env.env.arrays import BOX, FACES, POLYGON, Tables
-from ppg_env.env.observation import write_observations
+from ppg_env.env.arrays import BOX, FACES, NEVER, POLYGON, Tables
+from ppg_env.env.encounters import collide, price_margins
+from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
-from ppg_env.game.compiled_margins import best_face, inside
 
-_observe = njit(cache=True)(write_observations)
+_write_observations = njit(cache=True)(write_observations)
+_write_obstacles = njit(cache=True)(write_obstacles)
+
+
+@njit(inline="always")
+def _observe(g, marks, marked, state, status, clock, out):
+    """Write the observations of the copies whose mark is ``marked``."""
+    _write_observations(g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
+                        g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
+    if g.path.size:
+        _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
+                         out)  # fmt: skip
 
 
 @njit(cache=True)
 def step(
-    g: Tables, state, status, alive, clock, lam, action, noise, restarting, start_noise,
-    reward, time_cost, safety_cost, arrived, crashed, overlap, terminated, truncated, acting, over,
-    observation, final_observation,
+    g: Tables, state, before, status, parked, alive, clock, lam, action, noise, restarting,
+    start_noise, reward, time_cost, safety_cost, arrived, crashed, overlap, terminated, truncated,
+    acting, over, observation, final_observation,
 ):  # fmt: skip
     """Step every copy; with ``restarting``, start the next episode where one is over.
 
@@ -40,50 +52,58 @@ def step(
     ``truncated`` and no longer alive; ``over`` marks copies whose episode has ended.
     """
     acting[:] = alive
-    if g.margin_reward:
-        _price_margins(g.axes, status, clock, state, lam, g.margin_cap, g.pair,
-                       g.normals, g.offsets, g.first_face, g.units, safety_cost)  # fmt: skip
-    _move(g.state_axes, g.input_axes, state, status, clock, action, noise, g.A, g.B, g.root,
-          g.separable, g.control_set, g.projection, g.low, g.high, g.edges, g.first_edge,
-          g.input_normals, g.input_offsets, g.first_input, g.goal, g.goal_size, g.tolerance,
-          g.schedule, g.scheduled, lam, arrived, time_cost)  # fmt: skip
-    _collide(g.axes, state, status, g.pair, g.normals, g.depths, g.first_face, g.stay, crashed,
-             overlap)  # fmt: skip
-    _settle(status, alive, clock, crashed, lam, g.crash_cost, g.margin_reward, g.remove_crashed,
-            g.stay, g.social, g.max_cycles, time_cost, safety_cost, reward, terminated, truncated,
-            over)  # fmt: skip
-    _observe(g.state_axes, g.axes, over, False, state, status, clock, g.goal, g.goal_size,
-             g.centre, g.scale, g.max_cycles, g.stay, observation)  # fmt: skip
-    final = final_observation if restarting else observation
-    _observe(g.state_axes, g.axes, over, True, state, status, clock, g.goal, g.goal_size,
-             g.centre, g.scale, g.max_cycles, g.stay, final)  # fmt: skip
+    if g.swept:
+        before[:] = state
+    if g.margin_reward and not g.swept:
+        price_margins(g.axes, state, state, status, arrived, parked, clock, False, g.stay,
+                      g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
+                      g.first_face, g.units, safety_cost)  # fmt: skip
+    _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
+          g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+          g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+          g.effort, arrived, time_cost)  # fmt: skip
+    if g.obstacle_times.size:
+        _move_obstacles(g.state_axes, state, status.shape[1], clock, noise, g.path,
+                        g.obstacle_times, g.root, g.drifting)  # fmt: skip
+    if g.margin_reward and g.swept:
+        price_margins(g.axes, before, state, status, arrived, parked, clock, True, g.stay,
+                      g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
+                      g.first_face, g.units, safety_cost)  # fmt: skip
+    collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
+            g.pair, g.normals, g.depths, g.first_face, crashed, overlap)  # fmt: skip
+    _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
+            g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
+            safety_cost, reward, terminated, truncated, over)  # fmt: skip
+    _observe(g, over, False, state, status, clock, observation)
+    _observe(g, over, True, state, status, clock, final_observation if restarting else observation)
     if restarting:
-        begin(g, over, state, status, alive, clock, start_noise, observation)
+        begin(g, over, state, status, parked, alive, clock, start_noise, observation)
 
 
 @njit(cache=True)
-def begin(g: Tables, chosen, state, status, alive, clock, noise, observation):
-    """Reset the ``chosen`` copies; ``noise`` (C, N, n) is read if starts are random."""
-    _restart(g.state_axes, chosen, state, status, alive, clock, noise, g.start, g.start_root,
-             g.random_start, g.goal, g.goal_size, g.tolerance, g.schedule, g.scheduled)  # fmt: skip
-    _observe(g.state_axes, g.axes, chosen, True, state, status, clock, g.goal, g.goal_size,
-             g.centre, g.scale, g.max_cycles, g.stay, observation)  # fmt: skip
+def begin(g: Tables, chosen, state, status, parked, alive, clock, noise, observation):
+    """Reset the ``chosen`` copies; ``noise`` (C, bodies, n) is read if starts are random."""
+    _restart(g.state_axes, chosen, state, status, parked, alive, clock, noise, g.start,
+             g.start_root, g.random_start, g.goal, g.agent_codes, g.tolerance, g.scheduled,
+             g.path)  # fmt: skip
+    _observe(g, chosen, True, state, status, clock, observation)
 
 
 @njit(cache=True)
 def _restart(
-    state_axes, chosen, state, status, alive, clock, noise, start, root, random,
-    goal, goal_size, tolerance, schedule, scheduled,
+    state_axes, chosen, state, status, parked, alive, clock, noise, start, root, random,
+    goal, agent_codes, tolerance, scheduled, path,
 ):  # fmt: skip
-    """Put all agents at their starts; an agent whose start is its goal arrives at time 0."""
+    """Put all bodies at their starts; an agent whose start is its goal arrives at time 0."""
     C, N = status.shape
-    n = len(state_axes)
+    n, goal_size, schedule = len(state_axes), agent_codes[0], agent_codes[1]
     for c in range(C):
         if not chosen[c]:
             continue
         clock[c] = 0
         for i in range(N):
             status[c, i] = TRAFFIC
+            parked[c, i] = NEVER
             alive[c, i] = True
             for k in range(n):
                 value = start[i, k]
@@ -98,40 +118,26 @@ def _restart(
                     at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance
             if at_goal:
                 status[c, i] = ARRIVED
-
-
-@njit(cache=True)
-def _price_margins(
-    axes, status, clock, state, lam, cap, pair, normals, offsets, first_face, units,
-    safety_cost,
-):  # fmt: skip
-    """Charge agents in traffic for margins below the cap, before they move."""
-    C, N = status.shape
-    for c in range(C):
-        for i in range(N):
-            safety_cost[c, i] = 0.0
-        row = min(clock[c], units.shape[0] - 1)
-        for e in range(pair.shape[0]):
-            i, j = pair[e, 0], pair[e, 1]
-            if status[c, i] != TRAFFIC or (j >= 0 and status[c, j] != TRAFFIC):
-                continue
-            best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],
-                             first_face[e + 1], units, row)  # fmt: skip
-            missing = cap - min(best, cap)
-            safety_cost[c, i] += (1.0 - lam[c, i]) * missing
-            if j >= 0:
-                safety_cost[c, j] += (1.0 - lam[c, j]) * missing
+                parked[c, i] = 0
+        for b in range(path.shape[0]):
+            for k in range(n):
+                state[c, N + b, k] = path[b, 0, k]
 
 
 @njit(cache=True)
 def _move(
-    state_axes, input_axes, state, status, clock, action, noise, A, B, root, separable,
-    control_set, projection, low, high, edges, first_edge, input_normals, input_offsets,
-    first_input, goal, goal_size, tolerance, schedule, scheduled, lam, arrived, time_cost,
+    state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, control_set,
+    projection, limits, edges, input_normals, input_offsets, first_row, goal, agent_codes,
+    tolerance, scheduled, lam, effort, arrived, time_cost,
 ):  # fmt: skip
-    """Move agents in traffic by x' = A x + B u + root noise, charge time, flag arrivals."""
+    """Move agents in traffic by x' = A x + B u + root noise; charge time and effort, flag arrivals.
+
+    Effort is that of the applied input u.
+    """
     C, N = status.shape
     n, m = len(state_axes), len(input_axes)
+    low, high, first_edge, first_input = limits[0], limits[1], first_row[0], first_row[1]
+    goal_size, schedule, separable = agent_codes[0], agent_codes[1], agent_codes[2]
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
@@ -144,6 +150,7 @@ def _move(
             time_cost[c, i] = lam[c, i]
             v = control_set[row, i]
             kind = projection[v]
+            asked = 0.0
             if separable[i]:  # the paper's case: axes do not interact, no copy is needed
                 for k in range(n):
                     push = action[c, i, k]
@@ -151,6 +158,7 @@ def _move(
                         push = min(max(push, low[v, k]), high[v, k])
                     value = A[i, k, k] * state[c, i, k] + root[i, k, k] * noise[c, i, k]
                     state[c, i, k] = value + B[i, k, k] * push
+                    asked += abs(push)
             else:
                 for k in range(m):
                     u[k] = action[c, i, k]
@@ -170,6 +178,10 @@ def _move(
                     moved[k] = value
                 for k in range(n):
                     state[c, i, k] = moved[k]
+                for k in range(m):
+                    asked += abs(u[k])
+            if effort[i] > 0.0:
+                time_cost[c, i] += effort[i] * asked
             at_goal = clock[c] >= schedule[i]
             if not scheduled:  # inlined by hand: a call per agent doubles the time of a step
                 at_goal = True
@@ -178,50 +190,48 @@ def _move(
             if at_goal:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True
+                parked[c, i] = clock[c]
 
 
 @njit(cache=True)
-def _collide(axes, state, status, pair, normals, depths, first_face, stay, crashed, overlap):
-    """Flag overlapping pairs and crashed agents; pairs of parked agents are skipped."""
-    C, N = status.shape
-    for c in range(C):
-        for i in range(N):
-            crashed[c, i] = False
-        for e in range(pair.shape[0]):
-            i, j = pair[e, 0], pair[e, 1]
-            overlap[c, e] = False
-            first = status[c, i]
-            other = status[c, j] if j >= 0 else ARRIVED
-            if first != TRAFFIC and other != TRAFFIC:
+def _move_obstacles(
+    state_axes, state, agents, clock, noise, path, obstacle_times, root, drifting
+):  # fmt: skip
+    """Move obstacles along their paths; with noise they drift, by root noise per step to rest."""
+    n = len(state_axes)
+    for c in range(clock.size):
+        for b in range(path.shape[0]):
+            t, body = clock[c], agents + b
+            if t > obstacle_times[b, 0]:
                 continue
-            if first == CRASHED or other == CRASHED:
-                continue
-            if not stay and (first == ARRIVED or (j >= 0 and other == ARRIVED)):
-                continue
-            if j < 0 and first != TRAFFIC:
-                continue
-            if inside(axes, state, c, i, j, normals, depths, first_face[e], first_face[e + 1]):
-                overlap[c, e] = True
-                crashed[c, i] = True
-                if j >= 0:
-                    crashed[c, j] = True
+            for k in range(n):
+                if not drifting:
+                    state[c, body, k] = path[b, t, k]
+                    continue
+                state[c, body, k] += path[b, t, k] - path[b, t - 1, k]
+                for q in range(n):
+                    state[c, body, k] += root[body, k, q] * noise[c, body, q]
 
 
 @njit(cache=True)
 def _settle(
-    status, alive, clock, crashed, lam, crash_cost, margin_reward, remove_crashed,
-    stay, social, max_cycles, time_cost, safety_cost, reward, terminated, truncated, over,
+    status, alive, clock, arrived, crashed, lam, crash_cost, margin_reward, remove_crashed, swept,
+    stay, last_motion, social, max_cycles, time_cost, safety_cost, reward, terminated, truncated,
+    over,
 ):  # fmt: skip
     """Pay rewards; end the episodes of agents that arrived, crashed or reached the time limit."""
     C, N = status.shape
     for c in range(C):
         busy, total = False, 0.0
+        waiting = stay and clock[c] < last_motion  # an obstacle may still hit a parked body
         for i in range(N):
             if not margin_reward:
                 safety_cost[c, i] = (1.0 - lam[c, i]) * crash_cost if crashed[c, i] else 0.0
             if crashed[c, i] and remove_crashed:
                 status[c, i] = CRASHED
-            busy = busy or status[c, i] == TRAFFIC
+                if swept:
+                    arrived[c, i] = False
+            busy = busy or status[c, i] == TRAFFIC or (waiting and status[c, i] == ARRIVED)
             total += time_cost[c, i] + safety_cost[c, i]
         late = clock[c] >= max_cycles
         over[c] = not busy or late

@@ -14,10 +14,22 @@ other: present          1      1 if its body can be hit; else this and the rest 
 other: relative state   n      position relative to agent i; other components as they are
 ======================  =====  =====================================================
 
-The last two entries repeat for each other agent, in the order of the game.
+The last two entries repeat for each other agent, in the order of the game.  A game with K moving
+obstacles adds K (1 + 2 d) entries at the end, for each of them in the order of the game:
 
-The global state has N n + N + 1 entries: every agent's position relative to the centre and other
-state components, divided by ``scale``; which agents are in traffic; the elapsed share of time.
+======================  =====  =====================================================
+entry                   size   meaning
+======================  =====  =====================================================
+present                 1      1 until it is gone; then this and the rest are 0
+relative position       d      its current position, drift included, less agent i's
+next move               d      its movement in the next step without noise
+======================  =====  =====================================================
+
+Obstacles at rest are not observed: they are the same in every episode.
+
+The global state has N n + N + 1 + K d entries: every agent's position relative to the centre and
+other state components, divided by ``scale``; which agents are in traffic; the elapsed share of
+time; the positions of moving obstacles relative to the centre, divided by ``scale``.
 """
 
 from __future__ import annotations
@@ -28,9 +40,16 @@ from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.game import Game
 
 
-def observation_size(n: int, d: int, agents: int) -> int:
+def moving_obstacles(game: Game) -> list[int]:
+    """Return the indices of the obstacles on paths, which are bodies of the simulator."""
+    return [k for k, obstacle in enumerate(game.obstacles) if obstacle.path is not None]
+
+
+def observation_size(game: Game) -> int:
     """Return the number of entries of one agent's observation."""
-    return n + d + 2 + (agents - 1) * (1 + n)
+    n, d = max(agent.state_dim for agent in game.agents), game.dim
+    others, moving = len(game.agents) - 1, len(moving_obstacles(game))
+    return n + d + 2 + others * (1 + n) + moving * (1 + 2 * d)
 
 
 def observation_frame(game: Game) -> tuple[np.ndarray, float]:
@@ -93,11 +112,52 @@ def write_observations(
                     w += 1
 
 
+def write_obstacles(
+    axes: tuple[int, ...],
+    marks: np.ndarray,
+    marked: bool,
+    state: np.ndarray,
+    clock: np.ndarray,
+    path: np.ndarray,
+    obstacle_times: np.ndarray,
+    scale: float,
+    out: np.ndarray,
+) -> None:
+    """Write what agents observe of moving obstacles to the last entries of ``out``.
+
+    The kernel compiles this function, a separate one because games without moving obstacles
+    would be slower; arguments are as in :func:`write_observations`.
+    """
+    C, N, W = out.shape
+    d, inverse = len(axes), 1.0 / scale
+    for c in range(C):
+        if marks[c] != marked:
+            continue
+        for i in range(N):
+            w = W - path.shape[0] * (1 + 2 * d)
+            for b in range(path.shape[0]):
+                rest, until = obstacle_times[b]
+                now, following = min(clock[c], rest), min(clock[c] + 1, rest)
+                there = 1.0 if clock[c] < until else 0.0
+                out[c, i, w] = there
+                for k in range(d):
+                    away = state[c, N + b, k] - state[c, i, k]
+                    ahead = path[b, following, k] - path[b, now, k]
+                    out[c, i, w + 1 + k] = there * away * inverse
+                    out[c, i, w + 1 + d + k] = there * ahead * inverse
+                w += 1 + 2 * d
+
+
 def global_state(
-    state: np.ndarray, status: np.ndarray, share: float, centre: np.ndarray, scale: float
+    bodies: np.ndarray, status: np.ndarray, share: float, centre: np.ndarray, scale: float
 ) -> np.ndarray:
-    """Return the global state of one copy: ``state`` (N, n), ``status`` (N,), elapsed ``share``."""
-    relative = state.copy()
-    relative[:, : centre.size] -= centre
-    parts = [relative.ravel() / scale, status == TRAFFIC, [share]]
+    """Return the global state of one copy.
+
+    ``bodies`` (N + K, n) are the states of agents and moving obstacles, ``status`` (N,) those of
+    agents, ``share`` is the elapsed share of time.
+    """
+    relative, N, d = bodies.copy(), status.size, centre.size
+    relative[:, :d] -= centre
+    parts = [relative[:N].ravel() / scale, status == TRAFFIC, [share]]
+    parts.append(relative[N:, :d].ravel() / scale)
     return np.concatenate(parts).astype(np.float32)

@@ -206,7 +206,7 @@ class PathPlanningEnv(ParallelEnv):
         simulator, tables = self.simulator, self.simulator.tables
         share = simulator.clock[0] / simulator.max_cycles
         return global_state(
-            simulator.state[0], simulator.status[0], share, tables.centre, tables.scale
+            simulator.bodies[0], simulator.status[0], share, tables.centre, tables.scale
         )
 
     def render(self) -> np.ndarray | None:

@@ -35,6 +35,8 @@ class View:
     observation : (C, W) float32, the agent's observation as the environment gives it.
     state : (C, N, n) states of all agents.
     in_traffic : (C, N) which agents are in traffic.
+    parked : (C, N) which agents have arrived and stay in the way.
+    obstacles : (C, K, d) positions of the moving obstacles, in the order of the game.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time of all agents.
     """
@@ -42,6 +44,8 @@ class View:
     observation: np.ndarray
     state: np.ndarray
     in_traffic: np.ndarray
+    parked: np.ndarray
+    obstacles: np.ndarray
     clock: np.ndarray
     lam: np.ndarray
 

@@ -7,27 +7,53 @@ option                      meaning
 ``arrival="schedule"``      agent i arrives at time ``schedule[i]``, wherever it is (the paper's
                             T_i)
 ``on_goal="remove"``        an arrived agent leaves the game and its body is removed
-``on_goal="stay"``          its body stays parked where it arrived; others may still crash into it
+``on_goal="stay"``          its body stays parked where it arrived; others may still crash into
+                            it.  The default is the game's own ``on_goal``
 ``on_crash="remove"``       crashed agents leave the game
-``on_crash="continue"``     they go on; every step that ends in an overlap is a crash
+``on_crash="continue"``     they go on; every step with an overlap is a crash
 ``reward="risk"``           -lam per step in traffic, -(1 - lam) kappa at a crash
-``reward="margin"``         -lam - (1 - lam) sum (M' - s) per step in traffic, s at realised
-                            positions
+``reward="margin"``         -lam per step in traffic, -(1 - lam) (M' - s) per step and encounter
+                            in traffic, s at realised positions
 ``sharing="selfish"``       each agent gets its own reward
 ``sharing="social"``        each agent gets the sum of all rewards, to the end of the episode
 ``saturation="clip"``       inputs are projected on the control set
 ``saturation="none"``       inputs are taken as they are
 ==========================  ======================================================================
 
-In a step all agents in traffic move; then arrivals are settled; then collisions among the
-remaining bodies.  Margins count agents in traffic only, with the covariances that the game plans
-with.
+In a step all agents in traffic move; then arrivals are settled; then collisions.  A pair is in
+traffic until one of its agents has arrived, or with ``stay`` until both have; a pair of parked
+bodies never collides.  Margins s are those of encounters in traffic, with the covariances that
+the game plans with.
+
+What a collision is depends on the game's ``collisions``:
+
+``instants``
+    two bodies overlap after the step; agents that arrived in it no longer count (with ``stay``:
+    not against each other and parked bodies).  s is the margin before the step.
+``swept``
+    two bodies overlap at some time of the step, in which all of them move on straight lines: the
+    segment from the displacement before to that after the step meets the collision set.  An
+    arriving body counts up to its arrival: if it crashes in that step, with ``on_crash="remove"``,
+    it does not arrive.  s is the margin of the step.
+
+Touching is no overlap (:mod:`ppg_env.game.compiled_margins`).
+
+Obstacles on paths move with the clock, and rest at the last position.  One with noise drifts: it
+is displaced by a random walk until it rests.  From its ``until`` on it is gone.  Where bodies stay,
+an episode goes on until no obstacle moves that could hit a parked body.
+
+Each step of an agent costs its ``effort`` w as well: w |u|_1, u the applied input.  Without noise
+and on schedule the return for ``margin`` is minus the plan's shifted cost.  With noise, feedback
+adds to the effort: on average it costs as much as planned, or more.
+
+Only means are bound by ``within``: realised states may leave the workspace, which infos report.
+Nor do ``reserve`` and ``within`` change what the environment does with an input.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -55,13 +81,14 @@ class Rules:
 
     Attributes
     ----------
+    on_goal : what becomes of arrived bodies; None for the game's own ``on_goal``.
     tolerance : largest distance per component from the goal at arrival, for ``region``.
     schedule : (N,) arrival times, for ``schedule``.
     max_cycles : steps after which the episode is truncated; None for twice the horizon.
     """
 
     arrival: str = "region"
-    on_goal: str = "remove"
+    on_goal: str | None = None
     on_crash: str = "remove"
     reward: str = "risk"
     sharing: str = "selfish"
@@ -73,6 +100,8 @@ class Rules:
     def __post_init__(self) -> None:
         for key, allowed in CHOICES.items():
             value = getattr(self, key)
+            if key == "on_goal" and value is None:
+                continue
             require(
                 isinstance(value, str) and value in allowed,
                 key,
@@ -113,6 +142,10 @@ class Rules:
         fits = sequence and all(_whole(t, 0) for t in self.schedule)
         require(fits, "schedule", f"is {self.schedule!r}", "give one whole number per agent")
         object.__setattr__(self, "schedule", tuple(int(t) for t in self.schedule))
+
+    def of(self, game: Game) -> Rules:
+        """Return the rules with ``on_goal`` as the game has it, where it is None."""
+        return self if self.on_goal is not None else replace(self, on_goal=game.on_goal)
 
     def steps(self, game: Game) -> int:
         """Return the largest number of steps of an episode."""

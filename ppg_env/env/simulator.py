@@ -18,7 +18,7 @@ from ppg_env.env.arrays import make_tables
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
 from ppg_env.env.rules import Rules
-from ppg_env.env.status import TRAFFIC
+from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
@@ -39,7 +39,8 @@ class Step:
     acting : (C, N) whether the agent was alive before the step.
     arrived, crashed : (C, N) events of this step.
     overlap : (C, E) encounters that overlap, in the order of ``game.encounters``.
-    time_cost, safety_cost : (C, N) terms of the agent's own cost in this step.
+    time_cost, safety_cost : (C, N) terms of the agent's own cost in this step; the first
+        includes the cost of effort.
     """
 
     observation: np.ndarray
@@ -63,11 +64,15 @@ class Simulator:
 
     Attributes
     ----------
-    state : (C, N, n) states; positions are the first d components.
+    bodies : (C, N + K, n) states of the agents, then of the K moving obstacles, in the order of
+        the game; positions are the first d components.
     status : (C, N) codes of :mod:`ppg_env.env.status`.
+    parked : (C, N) times of arrival; huge before it.
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time in the rewards, the game's unless changed.
+    noise_shape : shape (C, N, n) of the standard normals of a step; (C, N + K, n) if a moving
+        obstacle has noise.
     low, high : (N, m) the box around all of an agent's control sets, zero where it has no input.
     """
 
@@ -75,26 +80,35 @@ class Simulator:
         self, game: Game, rules: Rules | None = None, copies: int = 1, seed: Any = 0
     ) -> None:
         require(copies >= 1, "copies", f"is {copies}", "ask for at least one")
-        self.game, self.rules = game, Rules() if rules is None else rules
+        self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
-        C, m, self.copies = copies, self.tables.low.shape[1], copies
-        self.observation_size = observation_size(n, game.dim, N)
+        C, m, self.copies = copies, self.tables.limits.shape[2], copies
+        self.observation_size = observation_size(game)
         self.action_size = m
         self.low, self.high = np.zeros((N, m)), np.zeros((N, m))
         for i, agent in enumerate(game.agents):
             box = slice(agent.control_dim)
             self.low[i, box], self.high[i, box] = bounds(agent.control)
-        self.state = np.zeros((C, N, n))
+        bodies = N + len(self.tables.path)
+        self.bodies = np.zeros((C, bodies, n))
         self.status = np.zeros((C, N), dtype=np.int8)
+        self.parked = np.zeros((C, N), dtype=np.int64)
         self.alive = np.zeros((C, N), dtype=np.bool_)
         self.clock = np.zeros(C, dtype=np.int64)
-        self.lam = np.tile(self.tables.lam, (C, 1))
-        self._noise = np.zeros((C, N, n))
-        self._start_noise = np.zeros((C, N, n))
+        self.lam = np.tile([agent.lam for agent in game.agents], (C, 1))
+        self._before = np.zeros(self.bodies.shape if self.tables.swept else (0, 0, 0))
+        self.noise_shape = C, bodies if self.tables.drifting else N, n
+        self._noise = np.zeros(self.noise_shape)
+        self._start_noise = np.zeros(self.noise_shape)
         self._all = np.ones(C, dtype=np.bool_)
         self.last = _make_step(C, N, len(game.encounters), self.observation_size)
         self.seed(seed)
+
+    @property
+    def state(self) -> np.ndarray:
+        """States of all agents (C, N, n), a view."""
+        return self.bodies[:, : self.status.shape[1]]
 
     @property
     def max_cycles(self) -> int:
@@ -117,7 +131,8 @@ class Simulator:
     ) -> np.ndarray:
         """Reset all copies, or the ``chosen`` (C,) ones; return all observations (C, N, W).
 
-        ``noise`` (C, N, n) of standard normals replaces the simulator's own, as in :meth:`step`.
+        ``noise`` (standard normals of ``noise_shape``) replaces the simulator's own, as in
+        :meth:`step`.
         """
         from ppg_env.env import kernel
 
@@ -127,7 +142,7 @@ class Simulator:
             self._start_noise[:] = noise
         chosen = self._all if chosen is None else chosen
         kernel.begin(
-            self.tables, chosen, self.state, self.status, self.alive, self.clock,
+            self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
         return self.last.observation
@@ -138,8 +153,8 @@ class Simulator:
         """Move every copy by ``action`` (C, N, m).
 
         Actions of agents that are not alive are ignored.
-        ``noise`` (C, N, n) of standard normals replaces the simulator's own, for replays.  With
-        ``restart``, copies whose episode is over are reset in the same step.
+        ``noise`` (standard normals of ``noise_shape``) replaces the simulator's own, for replays.
+        With ``restart``, copies whose episode is over are reset in the same step.
         """
         from ppg_env.env import kernel
 
@@ -149,17 +164,25 @@ class Simulator:
             self._draw_starts()
         out = self.last
         kernel.step(
-            self.tables, self.state, self.status, self.alive, self.clock, self.lam, action, noise,
-            restart, self._start_noise, out.reward, out.time_cost, out.safety_cost, out.arrived,
-            out.crashed, out.overlap, out.terminated, out.truncated, out.acting, out.over,
-            out.observation, out.final_observation,
+            self.tables, self.bodies, self._before, self.status, self.parked, self.alive,
+            self.clock, self.lam, action, noise, restart, self._start_noise, out.reward,
+            out.time_cost, out.safety_cost, out.arrived, out.crashed, out.overlap, out.terminated,
+            out.truncated, out.acting, out.over, out.observation, out.final_observation,
         )  # fmt: skip
         return out
 
     def view(self, agent: int) -> View:
         """Return what the player of ``agent`` observes; the next step overwrites the arrays."""
-        observation = self.last.observation[:, agent]
-        return View(observation, self.state, self.status == TRAFFIC, self.clock, self.lam)
+        arrived = self.status == ARRIVED
+        return View(
+            observation=self.last.observation[:, agent],
+            state=self.state,
+            in_traffic=self.status == TRAFFIC,
+            parked=arrived if self.tables.stay else np.zeros_like(arrived),
+            obstacles=self.bodies[:, self.status.shape[1] :, : self.game.dim],
+            clock=self.clock,
+            lam=self.lam,
+        )
 
     def _draw_starts(self) -> None:
         if self.tables.random_start:

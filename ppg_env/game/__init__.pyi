@@ -1,5 +1,7 @@
 from .agent import Agent as Agent
 from .agent import SpectralRadiusWarning as SpectralRadiusWarning
+from .between_steps import StepOverlap as StepOverlap
+from .between_steps import overlaps_between_steps as overlaps_between_steps
 from .dynamics import covariances as covariances
 from .dynamics import rollout as rollout
 from .encounter import Encounter as Encounter

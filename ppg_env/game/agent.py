@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ppg_env.errors import placed, require
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls, checked_controls, pieces, set_at
 from ppg_env.game.polytope import Polytope, require_volume
+from ppg_env.game.units import unit_of_control, unit_of_size, units_of_state
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import (
     covariance,
@@ -48,7 +50,7 @@ class Agent(Record):
         clear of its faces by so many standard deviations (:class:`HalfSpaces`).
     reserve : number z of standard deviations of feedback for which nominal controls leave room
         (:mod:`ppg_env.game.reserve`).
-    effort : cost w of the sum of |u_t|_1, added to the agent's own cost.
+    effort : cost w of the sum of ``|u_t|_1``, added to the agent's own cost.
     name : name in tables and figures; ``agent_<i>`` by default.
 
     Raises
@@ -154,6 +156,25 @@ class Agent(Record):
         """Return the set U_t of admissible inputs at step t."""
         return set_at(self.control, step)
 
+    @cached_property
+    def unit(self) -> float:
+        """Unit of length in which tolerances hold, 1 for bodies of usual size."""
+        low, high = self.shape.bounds
+        size = float((high - low).max())
+        if size == 0:
+            size = float(np.abs(self.goal[: self.dim] - self.start[: self.dim]).max())
+        return unit_of_size(size)
+
+    @cached_property
+    def state_units(self) -> np.ndarray:
+        """(n,) units of the state components."""
+        return units_of_state(self.A, self.dim, self.unit)
+
+    @cached_property
+    def control_unit(self) -> float:
+        """Unit of the controls."""
+        return unit_of_control(self.B, self.state_units)
+
     @property
     def closed_loop(self) -> np.ndarray:
         """(n, n) error dynamics A - B gain."""
@@ -191,10 +212,10 @@ def _checked_lam(value: Any) -> float:
     lam = finite_number(value, "lam", "write a number with 0 <= lam < 1")
     require(0 <= lam < 1, "lam", f"is {lam:g}", "write a number with 0 <= lam < 1")
     require(
-        lam <= (1 - lam) * tol.LARGEST,
+        lam <= (1 - lam) * tol.HEAVIEST,
         "lam",
         f"is {lam!r}, too close to 1 for double arithmetic",
-        f"keep lam / (1 - lam) within {tol.LARGEST:g}",
+        f"keep lam / (1 - lam) within {tol.HEAVIEST:g}",
     )
     return lam
 

@@ -11,6 +11,7 @@ from ppg_env.errors import InputError, placed, require
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import check_growth
 from ppg_env.game.encounter import Encounter
+from ppg_env.game.input_sets import pieces
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.reserve import planned_controls
 
@@ -27,6 +28,7 @@ def check_agents(agents: Sequence[Agent], horizon: int) -> None:
     """
     for i, agent in enumerate(agents):
         with placed(f"agent[{i}]"):
+            _check_scales(agent)
             check_growth(agent, horizon)
             planned_controls(agent, horizon)  # raises if the reserve leaves none
             _check_workspace(agent)
@@ -57,12 +59,51 @@ def check_encounters(
                 _check_goal(agents, encounter, obstacle)
 
 
+def _check_scales(agent: Agent) -> None:
+    """Refuse numbers that the agent's units make too large or too small for double arithmetic."""
+    for place, point in (("start", agent.start), ("goal", agent.goal)):
+        far = float((np.abs(point) / agent.state_units[: point.size]).max())
+        _require_near(far, place, "choose an origin that is nearer, or larger bodies")
+    sets = pieces(agent.control)
+    for k, (_, admissible) in enumerate(sets):
+        place = f"control[{k}]" if len(sets) > 1 else "control"
+        size = float(np.abs(admissible.bounds).max()) / agent.control_unit
+        _require_near(size, place, "choose smaller controls, or larger bodies")
+        require(
+            size == 0 or size >= tol.NARROWEST,
+            place,
+            f"has the size {size:.4g} in units of the body, too small for double arithmetic",
+            f"choose larger controls or smaller bodies, {tol.NARROWEST:g} at least",
+        )
+    for place, spread in (("noise", agent.noise), ("sigma0", agent.sigma0)):
+        deviation = float((np.sqrt(np.abs(np.diag(spread))) / agent.state_units).max())
+        _require_near(deviation, place, "choose a smaller covariance, or larger bodies")
+        require(
+            deviation == 0 or deviation >= tol.LENGTH,
+            place,
+            f"has variances of at most {deviation**2:.4g} in units of the body, too small for "
+            "double arithmetic",
+            f"write 0, or variances of which one is at least {tol.LENGTH**2:g}",
+        )
+
+
+def _require_near(size: float, place: str, remedy: str) -> None:
+    require(
+        size <= tol.FARTHEST,
+        place,
+        f"has the size {size:.4g} in units of the body, too large for double arithmetic",
+        remedy,
+    )
+
+
 def _check_workspace(agent: Agent) -> None:
     for region in agent.within:
         for key, point in (("start", agent.start), ("goal", agent.goal)):
             if region.dim > point.size:  # a goal of positions does not fix the velocities
                 continue
-            beyond = float((region.normals @ point[: region.dim] - region.offsets).max())
+            units = np.abs(region.normals * agent.state_units[: region.dim]).max(axis=1)
+            excess = region.normals @ point[: region.dim] - region.offsets
+            beyond = float((excess / units).max())
             require(
                 beyond <= tol.LENGTH,
                 key,
@@ -74,7 +115,7 @@ def _check_workspace(agent: Agent) -> None:
 def _check_start(agents: Sequence[Agent], encounter: Encounter, obstacle: Obstacle | None) -> None:
     starts = [agents[k].start for k in encounter.agents]
     gap = _gap(encounter, starts, None if obstacle is None else obstacle.positions(0)[0])
-    if gap < -tol.LENGTH:
+    if gap < -tol.LENGTH * min(agents[k].unit for k in encounter.agents):
         first, other = encounter.places
         other += ".start" if obstacle is None else ""
         raise InputError(
@@ -86,7 +127,7 @@ def _check_goal(agents: Sequence[Agent], encounter: Encounter, obstacle: Obstacl
     """Refuse a goal at which an agent overlaps an obstacle that never leaves it."""
     (i,) = encounter.agents
     gap = _gap(encounter, [agents[i].goal], obstacle.positions(obstacle.rest)[-1])
-    if gap < -tol.LENGTH:
+    if gap < -tol.LENGTH * min(agents[k].unit for k in encounter.agents):
         first, other = encounter.places
         raise InputError(
             f"{first}.goal",
@@ -98,7 +139,7 @@ def _check_goal(agents: Sequence[Agent], encounter: Encounter, obstacle: Obstacl
 def _check_parked(agents: Sequence[Agent], encounter: Encounter) -> None:
     i, j = encounter.agents
     gap = _gap(encounter, [agents[i].goal, agents[j].goal], None)
-    if gap < -tol.LENGTH:
+    if gap < -tol.LENGTH * min(agents[k].unit for k in encounter.agents):
         raise InputError(
             f"agent[{j}].goal",
             f"parks {_name(agents, j)} on {_name(agents, i)}, {-gap:.4g} deep, "

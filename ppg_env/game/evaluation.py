@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from ppg_env.game.margins import (
 )
 from ppg_env.game.plan import Profile, make_profile
 from ppg_env.game.reserve import planned_controls
+from ppg_env.game.swept_bound import swept_covers
 from ppg_env.game.workspace import workspace_excess
 
 
@@ -62,6 +64,7 @@ class Evaluation:
 
     Attributes
     ----------
+    profile : the plans.
     arrival : per agent, the arrival T_i; None if its mean never reaches the goal.
     margins : (E, H+1) margin of each event, an instant or the step that starts there; at its cap
         out of traffic, in the order of ``game.encounters``.
@@ -70,7 +73,7 @@ class Evaluation:
     deficit : (N,) sum of M' - s.
     cost, shifted_cost : (N,) J_i, with G_i and with the deficit; infinite without arrival.
         For the objective ``risk`` both are lam T + (1 - lam) kappa sum g.
-    effort : (N,) sum of |u_t|_1.
+    effort : (N,) sum of ``|u_t|_1``.
     risk_sum : (N,) sum of g(s) in traffic; of 2 g(m) over steps.
     risk_sum_any : the same sum over all encounters.
     potential : Phi of the profile.
@@ -78,6 +81,7 @@ class Evaluation:
     """
 
     game: Game
+    profile: Profile
     arrival: tuple[int | None, ...]
     margins: np.ndarray
     traffic: np.ndarray
@@ -113,14 +117,16 @@ class Evaluation:
         """Yield the kind of each violated constraint, with its agent or encounter."""
         chosen = set(range(len(self.arrival)) if agents is None else agents)
         for i in sorted(chosen):
-            if self.residuals.control[i] > tol.CONTROL:
+            agent = self.game.agents[i]
+            if self.residuals.control[i] > tol.CONTROL * agent.control_unit:
                 yield "control", i
             if self.residuals.within[i] > tol.LENGTH:
                 yield "within", i
             if self.arrival[i] is None:
                 yield "goal", i
         for e, encounter in enumerate(self.game.encounters):
-            if self.residuals.overlap[e] > tol.LENGTH and chosen.intersection(encounter.agents):
+            deep = self.residuals.overlap[e] > tol.LENGTH * self.game.unit
+            if deep and chosen.intersection(encounter.agents):
                 yield "overlap", e
 
     def _sentence(self, kind: str, k: int) -> str:
@@ -142,10 +148,13 @@ class Evaluation:
 
     @property
     def risk_bound(self) -> np.ndarray:
-        """(N,) union bound on each agent's crash probability, sum of g(s) in traffic.
+        """(N,) upper bound on the probability that the agent crashes, in the game's own event.
 
-        Margins are capped, so each time counts at least g(M'): the bound is valid, and loose
-        where margins are wide (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+        ``collisions="instants"``: overlap at a time step in traffic; sum of g(s).  Margins are
+        capped, so each time counts at least g(M'): the bound is loose where margins are wide
+        (:mod:`ppg_env.risk.union_bounds` has tighter ones).
+
+        ``"swept"``: overlap during a step; by :mod:`ppg_env.game.swept_bound`, at most the sum.
 
         Raises
         ------
@@ -153,13 +162,21 @@ class Evaluation:
             For ``scale="paper"``, whose sum is not a bound (see :attr:`risk_sum`).
         """
         self._refuse_paper_scale()
-        return self.risk_sum
+        if self.game.collisions == "instants":
+            return self.risk_sum
+        return _sums(membership(self.game), self._swept_bounds)
 
     @property
     def risk_bound_any(self) -> float:
-        """Union bound on the probability that any agent crashes."""
+        """Upper bound on the probability that any agent crashes, as for :attr:`risk_bound`."""
         self._refuse_paper_scale()
-        return self.risk_sum_any
+        if self.game.collisions == "instants":
+            return self.risk_sum_any
+        return float(self._swept_bounds.sum())
+
+    @cached_property
+    def _swept_bounds(self) -> np.ndarray:
+        return np.array([cover.bound for cover in swept_covers(self.game, self.profile)])
 
     def _refuse_paper_scale(self) -> None:
         if self.game.scale != "exact":
@@ -210,6 +227,7 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
         potential = _weighted(objective.potential(game), arrival, losses, effort)
     return Evaluation(
         game=game,
+        profile=profile,
         arrival=arrival,
         margins=margins,
         traffic=traffic,

@@ -95,7 +95,12 @@ class Game(Record):
             )
         self._put("margin_cap", _checked_cap(self.margin_cap, self.objective))
         cost = finite_number(self.crash_cost, "crash_cost", "write a number such as 100.0")
-        require(cost >= 0, "crash_cost", f"is {cost:g}", "write a number that is not negative")
+        require(
+            0 <= cost <= tol.HEAVIEST,
+            "crash_cost",
+            f"is {cost:g}",
+            f"write a number from 0 to {tol.HEAVIEST:g}",
+        )
         self._put("crash_cost", cost)
         require(
             self.name is None or isinstance(self.name, str),
@@ -130,6 +135,11 @@ class Game(Record):
             f"has the name {min(repeated, default='')!r} twice",
             "give each agent a different name",
         )
+
+    @cached_property
+    def unit(self) -> float:
+        """Unit of length in which tolerances hold, that of the smallest body."""
+        return min(agent.unit for agent in self.agents)
 
     @property
     def dim(self) -> int:
@@ -184,10 +194,10 @@ def _checked_cap(value: Any, objective: str) -> float:
     cap = {"margin": 3.0, "risk": 5.0}[objective] if value is None else value
     cap = finite_number(cap, "margin_cap", "write a positive number such as 3.0")
     require(
-        tol.SMALLEST <= cap <= WIDEST_CAP,
+        tol.NARROWEST <= cap <= WIDEST_CAP,
         "margin_cap",
         f"is {cap:g}",
-        f"write a positive number from {tol.SMALLEST:g} to {WIDEST_CAP:g}",
+        f"write a positive number from {tol.NARROWEST:g} to {WIDEST_CAP:g}",
     )
     return cap
 

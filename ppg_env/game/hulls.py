@@ -13,6 +13,12 @@ from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
 from ppg_env.game.flat_sets import Frame, frame_of_halfspaces, lifted_faces
 
+LEAST, MOST = 1e-3, 1e6
+"""Sizes of points that qhull's tolerances serve as they are."""
+
+FAR = 1e5
+"""Distance of points from the origin, in their extents, beyond which they are moved there."""
+
 
 def faces_of(vertices: np.ndarray, frame: Frame | None) -> tuple[np.ndarray, np.ndarray]:
     """Return unit normals (F, d) and offsets (F,) of conv(vertices), coplanar facets merged.
@@ -32,7 +38,7 @@ def _solid_faces(vertices: np.ndarray) -> np.ndarray:
         return np.zeros((0, 0))
     if vertices.shape[1] == 1:
         return np.array([[1.0], [-1.0]])
-    return _distinct(_hull(vertices).equations)[:, :-1]
+    return _distinct(_hull(_near_one(vertices)).equations)[:, :-1]
 
 
 def _distinct(rows: np.ndarray) -> np.ndarray:
@@ -50,7 +56,15 @@ def corners_of_points(points: np.ndarray, frame: Frame | None = None) -> np.ndar
         return points[_extreme(points @ frame[0])]
     if points.shape[1] == 1:
         return np.array([[points.min()], [points.max()]])
-    return points[_hull(points).vertices]
+    return points[_hull(_near_one(points)).vertices]
+
+
+def _near_one(points: np.ndarray) -> np.ndarray:
+    """Return ``points`` in a unit and around a centre that qhull's tolerances serve."""
+    size = float(np.ptp(points, axis=0).max())
+    if np.abs(points).max() > FAR * size:
+        points = points - points.mean(axis=0)
+    return points if not size or LEAST <= size <= MOST else points / size
 
 
 def _extreme(points: np.ndarray) -> Any:
@@ -86,6 +100,9 @@ def corners_of_halfspaces(normals: np.ndarray, offsets: np.ndarray) -> np.ndarra
     InputError
         If the set is empty, unbounded, or too thin without being flat.
     """
+    size = float(np.abs(offsets / np.linalg.norm(normals, axis=1)).max())
+    if size and not LEAST <= size <= MOST:
+        return size * corners_of_halfspaces(normals, offsets / size)
     centre, radius = _chebyshev_centre(normals, offsets)
     _require_bounded(normals, offsets)
     if radius <= tol.FLAT:

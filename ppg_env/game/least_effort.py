@@ -6,6 +6,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
+from ppg_env.game.canonical import canonical_agent
 from ppg_env.game.dynamics import check_growth, goal_selector
 from ppg_env.game.input_sets import Controls, excess, room
 from ppg_env.game.plan import Plan, make_plan
@@ -35,6 +36,15 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
         control.
     """
     check_growth(agent, horizon)
+    own, unit = canonical_agent(agent)
+    plan = _straight(own, horizon)
+    if own is agent or plan is None:
+        return plan
+    return make_plan(agent, plan.controls * unit)
+
+
+def _straight(agent: Agent, horizon: int) -> Plan | None:
+    """Return :func:`straight_plan` of an agent in its own units."""
     select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
     idle = make_plan(agent, np.zeros((horizon, agent.control_dim)))
     if idle.arrival == 0:

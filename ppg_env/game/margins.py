@@ -55,7 +55,7 @@ def collision_faces(game: Game) -> CollisionFaces:
     return CollisionFaces(
         normals=np.concatenate([np.zeros((0, game.dim)), *(c.normals for c in sets)]),
         offsets=offsets,
-        depths=offsets - tol.LENGTH,
+        depths=offsets - tol.LENGTH * game.unit,
         first=np.cumsum([0, *(len(collision.offsets) for collision in sets)], dtype=np.int64),
     )
 
@@ -151,7 +151,7 @@ def encounter_units(
     """
     scale = np.sqrt(2) if game.scale == "exact" else 1.0
     unit = encounter_deviations(game, encounter, rest) * scale
-    unit = np.where(unit > tol.DEVIATION, unit, 0.0)
+    unit = np.where(unit > tol.DEVIATION * game.unit, unit, 0.0)
     unit.setflags(write=False)
     return unit
 
@@ -185,7 +185,7 @@ def profile_margins(game: Game, profile: Profile) -> np.ndarray:
 
 def event_margins(game: Game, clearances: np.ndarray, units: np.ndarray) -> np.ndarray:
     """Return (K,) capped margins of events from ``clearances`` and ``units`` (K, F) at instants."""
-    faces = face_margins(clearances, units)
+    faces = face_margins(clearances, units, game.unit)
     best = np.minimum(over_events(game, faces).max(axis=-1), game.margin_cap)
     if game.collisions == "swept":
         best = np.append(best, game.margin_cap)
@@ -200,14 +200,14 @@ def over_events(game: Game, values: np.ndarray) -> np.ndarray:
     return values if game.collisions == "instants" else np.minimum(values[:-1], values[1:])
 
 
-def face_margins(clearances: np.ndarray, units: np.ndarray) -> np.ndarray:
+def face_margins(clearances: np.ndarray, units: np.ndarray, length: float = 1.0) -> np.ndarray:
     """Return (...,) ``clearances`` measured in ``units``, face by face.
 
-    A face whose unit is no more than ``tolerances.DEVIATION`` has no noise: its margin is plus
-    infinity when it is clear and minus infinity when it is not.
+    A face whose unit is zero has no noise: its margin is plus infinity when it is clear and minus
+    infinity when it is not, with the tolerance of touching bodies for a unit of ``length``.
     """
-    certain = np.where(clearances >= -tol.LENGTH, np.inf, -np.inf)
-    return np.divide(clearances, units, out=certain, where=units > tol.DEVIATION)
+    certain = np.where(clearances >= -tol.LENGTH * length, np.inf, -np.inf)
+    return np.divide(clearances, units, out=certain, where=units > 0)
 
 
 def margins(clearances: np.ndarray, units: np.ndarray, cap: float) -> np.ndarray:

@@ -45,7 +45,8 @@ def make_plan(agent: Agent, controls: Any) -> Plan:
     """Return the plan of ``controls`` (H, m) applied from the agent's start until it arrives."""
     controls = np.array(finite_array(controls, "controls", "write rows of finite numbers"))
     means = rollout(agent, controls)
-    miss = np.abs(means @ goal_selector(agent).T - agent.goal).max(axis=1)
+    units = agent.state_units[: agent.goal.size]
+    miss = (np.abs(means @ goal_selector(agent).T - agent.goal) / units).max(axis=1)
     at_goal = np.flatnonzero(miss <= tol.LENGTH)
     arrival = int(at_goal[0]) if at_goal.size else None
     if arrival is not None:

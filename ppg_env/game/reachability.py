@@ -14,6 +14,7 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
 from ppg_env.game.agent import Agent
+from ppg_env.game.canonical import canonical_agent
 from ppg_env.game.dynamics import goal_selector
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.plan_constraints import plan_constraints, some_controls
@@ -135,6 +136,7 @@ def earliest_arrival(agent: Agent, limit: int) -> int | None:
     included.
     The result is None if the goal cannot be reached in time.
     """
+    agent, _ = canonical_agent(agent)
     possible = possible_arrivals(agent, limit, goal_selector(agent))
     return first_reachable(agent, np.flatnonzero(possible).tolist(), limit)
 

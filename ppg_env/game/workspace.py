@@ -38,9 +38,14 @@ def workspace_limits(agent: Agent, horizon: int) -> np.ndarray:
 
 
 def workspace_excess(agent: Agent, means: np.ndarray) -> float:
-    """Return the largest a' xbar_t - limit over ``means`` (t, n) from time 0; -inf if unbounded."""
+    """Return the largest a' xbar_t - limit over ``means`` (t, n) from time 0; -inf if unbounded.
+
+    It is in the units of the agent (:mod:`ppg_env.game.units`), those of the game where bodies have
+    a usual size.
+    """
     rows = workspace_rows(agent)
     if not len(rows):
         return -np.inf
+    units = np.abs(rows * agent.state_units).max(axis=1)
     limits = workspace_limits(agent, len(means) - 1)
-    return float((means @ rows.T - limits).max())
+    return float(((means @ rows.T - limits) / units).max())

@@ -1,14 +1,7 @@
 r"""Half-spaces of the noise that cover all crashes of a profile.
 
-At an instant, a displacement that overlaps lies in K, and K lies in every half-space made of its
-faces with weights u >= 0:
-
-    delta in K  implies  a . delta <= b,   a = sum_f u_f normal_f,  b = sum_f u_f offset_f.
-
-The least likely of them under delta ~ N(nominal, Sigma) touches K where a crash is most likely:
-at the point nearest to the nominal displacement in the metric of Sigma.  It is a face, or lies
-between faces at a corner.  Least-distance programming finds u (Lawson & Hanson, Solving Least
-Squares Problems, ch. 23).
+At an instant, a displacement that overlaps lies in K, and K lies in its supporting half-spaces
+(:mod:`ppg_env.game.supporting_halfspaces`); the least likely one covers the instant.
 
 A step from t-1 to t is covered by two half-spaces with the same a and b: if both ends had
 a . delta > b, so had all points between them.
@@ -22,14 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.dynamics import square_root
+from ppg_env.game.supporting_halfspaces import PROBES, nearest_weights
 from ppg_env.risk.crash_events import CrashModel
 
 SLACK = 1e-9
 """Length by which half-spaces are moved outwards: rounding must not leave a crash uncovered."""
-
-PROBES = np.linspace(0.0, 1.0, 17)
-"""Shares of a step at which candidate half-spaces are computed; the best one covers the step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,13 +87,13 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
         last = min(int(model.until[e]), model.game.horizon + 1)
         if not model.swept:
             for t in range(last):
-                weights = _nearest(normals, rooms[t], total[t])
+                weights = nearest_weights(normals, rooms[t], total[t])
                 yield _half_space(e, t, weights, normals, rooms[t], total[t])
             continue
         for t in range(1, min(last, model.game.horizon) + 1):
             ends = (t - 1, t)
             between = [
-                _nearest(normals, *((1 - s) * x[t - 1] + s * x[t] for x in (rooms, total)))
+                nearest_weights(normals, *((1 - s) * x[t - 1] + s * x[t] for x in (rooms, total)))
                 for s in PROBES
             ]
             pairs = [
@@ -111,15 +101,6 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
                 for mix in (*np.eye(len(normals)), *between)
             ]
             yield from min(pairs, key=lambda pair: sum(h.tail for h in pair))
-
-
-def _nearest(normals: np.ndarray, room: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return (F,) weights u of the least likely half-space; zero if the nominal point is in K."""
-    from scipy.optimize import nnls
-
-    program = np.vstack([-(normals @ square_root(covariance)).T, -room])
-    weights, _ = nnls(program, np.append(np.zeros(len(covariance)), 1.0))
-    return weights
 
 
 def _half_space(
@@ -155,10 +136,12 @@ def _responses(model: CrashModel, covariances: np.ndarray, half: _HalfSpace) -> 
         if s < 0:
             continue
         loop, sign = model.processes.loops[s], (1.0, -1.0)[side]
-        ahead = direction
-        for t in range(half.time, -1, -1):  # Cov(e_t, e_time) = Sigma_t (F^(time - t))'
+        rest = min(int(model.processes.rests[s]), T)
+        ahead, time = direction, min(half.time, rest)
+        for t in range(time, -1, -1):  # Cov(e_t, e_time) = Sigma_t (F^(time - t))'
             result[t, side] = sign * covariances[t, s] @ ahead
             ahead = loop.T @ ahead
-        for t in range(half.time, T):
+        for t in range(time, rest):
             result[t + 1, side] = loop @ result[t, side]
+        result[rest + 1 :, side] = result[rest, side]
     return result

@@ -1,11 +1,18 @@
-"""Crash events of simulated episodes: a profile's mean displacements plus random deviations."""
+"""Crash events of simulated episodes: a profile's mean displacements plus random deviations.
+
+The event is the game's own.  With ``collisions="instants"``, two bodies in traffic overlap at a
+time step; with ``"swept"``, during a step that begins in traffic, both moving on straight lines
+from instant to instant, ends included.  With ``on_goal="stay"`` a parked body keeps the deviation
+that it had at its arrival.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ppg_env.game.canonical import in_own_units
 from ppg_env.game.game import Game
 from ppg_env.game.margins import (
     collision_faces,
@@ -15,7 +22,7 @@ from ppg_env.game.margins import (
 )
 from ppg_env.game.plan import Profile
 from ppg_env.risk import kernel
-from ppg_env.risk.error_process import ErrorProcesses
+from ppg_env.risk.error_process import ErrorProcesses, error_processes
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +52,7 @@ class CrashModel:
     Attributes
     ----------
     processes : the deviations from the means.
-    until : (E,) first time at which each encounter is out of traffic.
+    until : (E,) first time at which each encounter is out of traffic; swept, its first such step.
     nominal : (E, H+1, d) mean displacements.
     normals, depths : faces of all collision sets, those of encounter e from ``first_face[e]`` on;
         depths are offsets less the tolerance within which bodies only touch.
@@ -86,17 +93,35 @@ class CrashModel:
 
 
 def make_crash_model(
-    game: Game, profile: Profile, processes: ErrorProcesses, *, swept: bool = False
+    game: Game, profile: Profile, *, swept: bool | None = None, merge: bool = True
 ) -> CrashModel:
-    """Return the crash model of ``profile`` with the deviations of ``processes``."""
-    faces = collision_faces(game)
+    """Return the crash model of ``profile``.
+
+    Parameters
+    ----------
+    swept
+        Whether overlaps count during steps, or at instants only; by default as ``game`` says.
+    merge
+        Whether to simulate two agents as one where possible (:mod:`ppg_env.risk.error_process`).
+    """
+    game, profile = in_own_units(game, profile)
+    swept = is_swept(game) if swept is None else swept
+    watched = game
+    if swept != is_swept(game):
+        watched = replace(game, collisions="swept" if swept else "instants")
+    arrival, faces = [plan.arrival for plan in profile], collision_faces(game)
     return CrashModel(
         game=game,
-        processes=processes,
-        until=ends_of_traffic(game, [plan.arrival for plan in profile]),
+        processes=error_processes(game, arrival, merge=merge),
+        until=ends_of_traffic(watched, arrival),
         nominal=mean_displacements(game, profile),
         normals=faces.normals,
         depths=faces.depths,
         first_face=faces.first,
         swept=swept,
     )
+
+
+def is_swept(game: Game) -> bool:
+    """Return whether bodies must keep apart during the steps too."""
+    return game.collisions == "swept"

@@ -2,14 +2,18 @@ r"""Deviations of noisy closed loops from their means, as independent linear pro
 
     e_{t+1} = F e_t + w_t,   w_t ~ N(0, noise),   e_0 ~ N(0, sigma0),   F = A - B gain
 
-for every plan, so they are drawn once and added to the means.  Every agent is one process.  Two
-agents with equal F that can collide with nothing else are merged into one process, because only
-the difference of their deviations matters: it follows the same F with the sum of their noises,
-and needs half of the normals.
+for every plan, so they are drawn once and added to the means.  Every agent is one process, and
+every obstacle that moves with noise: a random walk, F = I.  A body that stays at its goal keeps
+the deviation of its arrival, and an obstacle that of the end of its path.
+
+Two agents with equal F that can collide with nothing else are merged into one process, because
+only the difference of their deviations matters: it follows the same F with the sum of their
+noises, and needs half of the normals.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,6 +34,7 @@ class ErrorProcesses:
     ----------
     loops : (S, n, n) error dynamics F.
     noise, sigma0 : (S, n, n) covariances of a step and of the start.
+    rests : (S,) time from which each process stays as it is.
     parties : (E, 2) processes a and b of each encounter, whose displacement deviates by
         e_a - e_b; b = -1 for none.
     dim : number d of position components, the first ones of each process.
@@ -38,6 +43,7 @@ class ErrorProcesses:
     loops: np.ndarray
     noise: np.ndarray
     sigma0: np.ndarray
+    rests: np.ndarray
     parties: np.ndarray
     dim: int
 
@@ -49,6 +55,8 @@ class ErrorProcesses:
         """
         roots, starts = self._roots
         kernel.draw(random, self.loops, roots, starts, random_start, out)
+        for s, rest in enumerate(self.rests):
+            out[rest + 1 :, s] = out[min(rest, len(out) - 1), s]
         return out
 
     def scratch(self, steps: int) -> Scratch:
@@ -64,27 +72,55 @@ class ErrorProcesses:
         result = np.empty((steps + 1, *self.loops.shape))
         result[0] = self.sigma0
         for t in range(steps):
-            result[t + 1] = self.loops @ result[t] @ self.loops.transpose(0, 2, 1) + self.noise
+            moved = self.loops @ result[t] @ self.loops.transpose(0, 2, 1) + self.noise
+            result[t + 1] = np.where((t < self.rests)[:, None, None], moved, result[t])
         return result
 
 
-def error_processes(game: Game, *, merge: bool = True) -> ErrorProcesses:
-    """Return the processes of ``game``; ``merge`` two agents into one process where possible."""
-    agents, n = game.agents, max(agent.state_dim for agent in game.agents)
-    loops, noise, sigma0 = (np.zeros((len(agents), n, n)) for _ in range(3))
+def error_processes(
+    game: Game, arrival: Sequence[int | None], *, merge: bool = True
+) -> ErrorProcesses:
+    """Return the processes of ``game`` for plans with these arrivals.
+
+    ``merge`` two agents into one process where possible.
+    """
+    agents, d = game.agents, game.dim
+    moving = _noisy_obstacles(game)
+    n = max(agent.state_dim for agent in agents)
+    loops, noise, sigma0 = (np.zeros((len(agents) + len(moving), n, n)) for _ in range(3))
     for i, agent in enumerate(agents):
         k = agent.state_dim
         loops[i, :k, :k] = agent.closed_loop
         noise[i, :k, :k], sigma0[i, :k, :k] = agent.noise, agent.sigma0
-    if merge and mergeable(game):
-        parties, total = np.array([[0, -1]]), (noise.sum(axis=0), sigma0.sum(axis=0))
-        return ErrorProcesses(loops[:1], total[0][None], total[1][None], parties, game.dim)
-    return ErrorProcesses(loops, noise, sigma0, encounter_pairs(game), game.dim)
+    for s, k in enumerate(moving, start=len(agents)):
+        loops[s, :d, :d], noise[s, :d, :d] = np.eye(d), game.obstacles[k].noise
+    last = agent_rests(game, arrival)
+    rests = np.array([*last, *(game.obstacles[k].rest for k in moving)], dtype=np.int64)
+    if merge and mergeable(game, arrival):
+        total = noise.sum(axis=0)[None], sigma0.sum(axis=0)[None]
+        return ErrorProcesses(loops[:1], *total, rests[:1], np.array([[0, -1]]), d)
+    parties = encounter_pairs(game)
+    for party, encounter in zip(parties, game.encounters, strict=True):
+        if encounter.obstacle in moving:
+            party[1] = len(agents) + moving.index(encounter.obstacle)
+    return ErrorProcesses(loops, noise, sigma0, rests, parties, d)
 
 
-def mergeable(game: Game) -> bool:
-    """Return whether there are two agents with equal error dynamics and no obstacle."""
+def mergeable(game: Game, arrival: Sequence[int | None]) -> bool:
+    """Return whether there are two agents with equal deviations and no obstacle."""
     if len(game.agents) != 2 or game.obstacles:
         return False
     first, second = (agent.closed_loop for agent in game.agents)
-    return np.array_equal(first, second)
+    rests = agent_rests(game, arrival)
+    return np.array_equal(first, second) and rests[0] == rests[1]
+
+
+def agent_rests(game: Game, arrival: Sequence[int | None]) -> list[int]:
+    """Return the time from which each agent's errors stay as they are, H if that is never."""
+    stay, H = game.on_goal == "stay", game.horizon
+    return [min(t, H) if stay and t is not None else H for t in arrival]
+
+
+def _noisy_obstacles(game: Game) -> list[int]:
+    """Return the obstacles whose positions are uncertain."""
+    return [k for k, o in enumerate(game.obstacles) if o.rest and o.noise.any()]

@@ -23,7 +23,7 @@ of Statistics 13 (2019); Adler, Blanchet & Liu, Annals of Applied Probability 22
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import add
 
 import numpy as np
@@ -35,7 +35,6 @@ from ppg_env.risk import kernel
 from ppg_env.risk.batches import BLOCK, check_request, generator, over_blocks
 from ppg_env.risk.covering_halfspaces import HalfSpaces, cover
 from ppg_env.risk.crash_events import CrashModel, make_crash_model
-from ppg_env.risk.error_process import error_processes
 from ppg_env.support.statistics import RareEstimate, RareRisk, weighted
 
 IN_SIGHT = 100_000
@@ -115,7 +114,7 @@ def rare_risk(
     samples: int = IN_SIGHT,
     seed: int = 0,
     *,
-    swept: bool = False,
+    swept: bool | None = None,
     confidence: float = 0.95,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
@@ -123,8 +122,8 @@ def rare_risk(
     """Estimate the crash probabilities of ``profile`` from ``samples`` weighted episodes.
 
     The counted events, and the arguments, are those of
-    :func:`ppg_env.risk.monte_carlo.crash_counts`.  With ``swept``, what the steps add to the
-    instants comes from the same episodes, as ``between``.  For intervals at several levels of
+    :func:`ppg_env.risk.monte_carlo.crash_counts`.  If swept, what the steps add to the instants
+    comes from the same episodes, as ``between``.  For intervals at several levels of
     confidence, simulate once with :func:`crash_weights`.
 
     Raises
@@ -144,7 +143,7 @@ def crash_weights(
     samples: int = IN_SIGHT,
     seed: int = 0,
     *,
-    swept: bool = False,
+    swept: bool | None = None,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> CrashWeights:
@@ -153,13 +152,14 @@ def crash_weights(
     Arguments and errors are those of :func:`rare_risk`.
     """
     check_request(samples, seed)
-    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    model = make_crash_model(game, profile, swept=swept)
+    instants = make_crash_model(game, profile, swept=False) if model.swept else None
     halves, everything = cover(model), np.ones((1, len(game.encounters)), dtype=bool)
     members = np.vstack([membership(game), np.eye(everything.size, dtype=bool), everything])
     within = members[:, halves.encounter]  # (targets, C)
     weights = _weights(halves, within[: len(game.agents)])
     ceilings = np.where(within, halves.tails / weights, 0.0).max(axis=1, initial=0.0)
-    if swept:  # what steps add to instants is an event of its own, for every target
+    if model.swept:  # what steps add to instants is an event of its own, for every target
         ceilings = np.tile(ceilings, 2)
     unit = float(ceilings.max(initial=0.0))
     sums = _Sums(*(np.zeros(len(ceilings)) for _ in range(3)))
@@ -169,7 +169,7 @@ def crash_weights(
         def block(number: int, episodes: int) -> _Sums:
             random, starts = generator(seed, number, KEY), bool(model.processes.sigma0.any())
             errors = model.processes.draw(random, scratch(), starts)
-            return _block(model, halves, weights, rates, errors, random, episodes)
+            return _block(model, instants, halves, weights, rates, errors, random, episodes)
 
         for episodes, part in over_blocks(block, samples, workers):
             sums = sums + part
@@ -181,7 +181,7 @@ def crash_weights(
         **vars(sums),
         ceilings=ceilings,
         unit=unit,
-        swept=swept,
+        swept=model.swept,
     )
 
 
@@ -195,6 +195,7 @@ def _weights(halves: HalfSpaces, within: np.ndarray) -> np.ndarray:
 
 def _block(
     model: CrashModel,
+    instants: CrashModel | None,
     halves: HalfSpaces,
     weights: np.ndarray,
     rates: np.ndarray,
@@ -202,7 +203,10 @@ def _block(
     random: np.random.Generator,
     episodes: int,
 ) -> _Sums:
-    """Condition a block of plain deviations and sum its weighted crashes."""
+    """Condition a block of plain deviations and sum its weighted crashes.
+
+    With ``instants``, sum the crashes of ``model`` that this other model misses too.
+    """
     from scipy.special import ndtri
 
     edges = np.cumsum(weights)
@@ -217,9 +221,8 @@ def _block(
         errors, halves.parties, halves.times, halves.normals, halves.offsets, rates, density
     )
     crashed = _crashed(model, errors, episodes)
-    if model.swept:
-        instants = _crashed(replace(model, swept=False), errors, episodes)
-        crashed = np.vstack([crashed, crashed & ~instants])
+    if instants is not None:
+        crashed = np.vstack([crashed, crashed & ~_crashed(instants, errors, episodes)])
     values = np.zeros(crashed.shape)
     np.divide(1.0, density[:episodes], out=values, where=crashed)
     return _Sums(crashed.sum(axis=1), values.sum(axis=1), (values**2).sum(axis=1))

@@ -34,6 +34,9 @@ SAME, SLACK = 1 - 1e-12, 1e-5
 FAINT = 9.0
 """Pairs of boxes with less than exp(-FAINT) of the best pair's largest probability are left out."""
 
+WIDE = 40.0
+"""Width of the boxes that fill quarter planes, in deviations."""
+
 SHY = 1e-6
 """Relative reduction of every bound, well above all numerical error."""
 
@@ -74,6 +77,15 @@ def log_joint_bound(
     factors = _log_rectangle(strength, low[kept], high[kept], below[kept], above[kept])
     total[kept] = factors.sum(axis=-1)
     return logsumexp(total, axis=(1, 2)) + np.log1p(-SHY)
+
+
+def log_joint_tails(rho: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return (B,) lower bounds on log Pr(x <= -first, y <= -second).
+
+    x and y are standard normals with correlation ``rho`` (B,).
+    """
+    low, below = -np.maximum(first, 0.0) - WIDE, -np.maximum(second, 0.0) - WIDE
+    return _log_rectangle(rho, low, -first, below, -second) + np.log1p(-SHY)
 
 
 def _log_rectangle(

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
-from ppg_env.game.compiled_margins import best_face, within
+from ppg_env.game.compiled_margins import best_face, clip, within
 
 
 @njit(cache=True, nogil=True)
@@ -112,19 +112,14 @@ def _contain(beyond, inside):
 
 @njit(cache=True, nogil=True)
 def _enter(before, now, inside):
-    """Flag segments between two points that meet the polytope (Cyrus & Beck's clipping)."""
+    """Flag segments between two points that meet the polytope."""
     for b in range(inside.size):
-        start, end, hit = 0.0, 1.0, True
+        start, end = 0.0, 1.0
         for f in range(len(now)):
-            p, q = before[f, b], now[f, b]
-            if p > 0.0 and q > 0.0:
-                hit = False
+            start, end = clip(before[f, b], now[f, b], start, end)
+            if start > end:
                 break
-            if p > 0.0:
-                start = max(start, p / (p - q))
-            elif q > 0.0:
-                end = min(end, p / (p - q))
-        inside[b] = hit and start <= end
+        inside[b] = start <= end
 
 
 @njit(cache=True, nogil=True)
@@ -179,8 +174,9 @@ def approach(axes, state, status, clock, stay, pair, normals, offsets, first_fac
         row = min(clock[c], units.shape[0] - 1)
         for e in range(pair.shape[0]):
             i, j = pair[e, 0], pair[e, 1]
-            first, second = status[c, i], status[c, j] if j >= 0 else TRAFFIC
-            parked = stay and j >= 0 and first + second == ARRIVED  # one parked, one in traffic
+            agent = 0 <= j < status.shape[1]
+            first, second = status[c, i], status[c, j] if agent else TRAFFIC
+            parked = stay and agent and first + second == ARRIVED  # one parked, one in traffic
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
             best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],

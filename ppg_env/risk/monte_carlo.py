@@ -2,10 +2,10 @@ r"""Monte Carlo of a profile's noisy closed loop, on its schedule.
 
     x_{t+1} = A x_t + B u_t + w_t,  u_t = ubar_t - gain (x_t - xbar_t),  w_t ~ N(0, noise)
 
-An agent crashes in an episode if, at any time in traffic, it overlaps another agent or an
-obstacle (touching is no overlap).  Crashed agents are not removed, so that the counted event is
-that of the union bound.  *Swept* counts include overlaps between the instants: displacements move
-on straight lines within a step, and a step counts if it begins in traffic.
+An agent crashes in an episode if, in traffic, it overlaps another agent or an obstacle (touching
+is no overlap): at a time step, or where the game says ``collisions="swept"`` during a step
+(:mod:`ppg_env.risk.crash_events`).  Crashed agents are not removed, so that the counted event is
+that of the union bound.
 
 Episodes run in blocks, each with its own noise: results do not depend on the number of workers,
 and profiles of one game meet the same noise.  Memory does not grow with the number of episodes.
@@ -25,7 +25,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.risk.batches import check_request, generator, over_blocks
 from ppg_env.risk.crash_events import OverlapRecord, make_crash_model
-from ppg_env.risk.error_process import error_processes, mergeable
+from ppg_env.risk.error_process import mergeable
 from ppg_env.support.statistics import Estimate, Interval, difference, proportion
 
 
@@ -107,7 +107,7 @@ def crash_counts(
     samples: int,
     seed: int = 0,
     *,
-    swept: bool = False,
+    swept: bool | None = None,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> CrashCounts:
@@ -118,7 +118,8 @@ def crash_counts(
     samples, seed
         Number of episodes; the seed fixes all of them.
     swept
-        Whether overlaps count during the steps, instead of at the instants only.
+        Whether overlaps count during the steps, or at the instants only; by default as ``game``
+        says.
     workers
         Number of threads.
     progress
@@ -129,7 +130,7 @@ def crash_counts(
     InputError
         If there is no episode to simulate, or the seed is negative.
     """
-    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    model = make_crash_model(game, profile, swept=swept)
     starts, scratch = bool(model.processes.sigma0.any()), model.processes.scratch(model.steps)
 
     def block(number: int, episodes: int) -> CrashCounts:
@@ -145,14 +146,15 @@ def paired_counts(
     samples: int,
     seed: int = 0,
     *,
-    swept: tuple[bool, bool] = (False, False),
+    swept: tuple[bool | None, bool | None] = (None, None),
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> PairedCounts:
     """Count the crashes of two profiles under common random numbers, or of one in two ways.
 
     Both meet the same standard normals.  Their games may differ, except in the number of agents
-    and of their states.  ``swept`` says which count is swept; other arguments are those of
+    and of their states; if another number of obstacles moves with noise, the normals are
+    independent.  ``swept`` says which count is swept; other arguments are those of
     :func:`crash_counts`.
 
     Raises
@@ -168,13 +170,16 @@ def paired_counts(
         f"has states of sizes {sizes[1]} where the first has {sizes[0]}",
         "compare plans for the same agents",
     )
-    merge = all(mergeable(game) for game in games)
+    flown = (first, second)
+    merge = all(mergeable(game, [plan.arrival for plan in profile]) for game, profile in flown)
     models = [
-        make_crash_model(game, profile, error_processes(game, merge=merge), swept=sweep)
-        for (game, profile), sweep in zip((first, second), swept, strict=True)
+        make_crash_model(game, profile, swept=sweep, merge=merge)
+        for (game, profile), sweep in zip(flown, swept, strict=True)
     ]
     starts = any(model.processes.sigma0.any() for model in models)
-    steps, shared = max(model.steps for model in models), games[0] is games[1]
+    steps = max(model.steps for model in models)
+    rests = [model.processes.rests.tolist() for model in models]
+    shared = games[0] is games[1] and rests[0] == rests[1]
     scratches = [model.processes.scratch(steps) for model in models]
 
     def block(number: int, episodes: int) -> PairedCounts:

@@ -72,7 +72,8 @@ class Swarm:
 
     Attributes
     ----------
-    noise : (R, P, T+1, N, n) standard normals, of the start and of every step.
+    noise : (R, P, T+1, N, n) standard normals, of the start and of every step; N counts moving
+        obstacles if any has noise.
     score : (R, P) smallest margin; minus infinity after a crash.
     events : (R, P, N + E + 1) whether each agent, each encounter, any agent crashed.
     episodes : number simulated so far.
@@ -91,9 +92,9 @@ class Swarm:
         self.players, self.random, self.progress, self.episodes = players, random, progress, 0
         self._batch = (R, P // CHAIN)
         self.simulator = Simulator(game, rules, R * (P // CHAIN))
-        _, N, n = self.simulator.state.shape
+        N = len(game.agents)
         self._steps = self.simulator.max_cycles
-        self.noise = np.empty((R, P, self._steps + 1, N, n))
+        self.noise = np.empty((R, P, self._steps + 1, *self.simulator.noise_shape[1:]))
         self.score = np.empty(shape)
         self.events = np.empty((*shape, N + len(game.encounters) + 1), dtype=np.bool_)
         for k in range(CHAIN):
@@ -140,8 +141,8 @@ class Swarm:
             events[:, :N] |= step.crashed & live
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
-                tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
-                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units,
+                tables.axes, simulator.bodies, simulator.status, simulator.clock, tables.stay,
+                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units[0],
                 closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)

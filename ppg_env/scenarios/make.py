@@ -141,7 +141,7 @@ def _from_course(name: str, course: Course) -> Game:
                     gain=np.array(0.5),
                 )
             )
-    walls = tuple(map(Obstacle, course.obstacles))
+    walls = tuple(Obstacle(wall) for wall in course.obstacles)
     return Game(tuple(agents), obstacles=walls, horizon=course.horizon, name=name)
 
 

@@ -22,9 +22,9 @@ from math import inf
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.game.free_space import earliest_way, has_walls
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
-from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.engine.arrival_queue import ArrivalQueue
 from solvers.engine.branch_and_bound import BranchAndBound
@@ -32,6 +32,7 @@ from solvers.engine.cuts import CutPool, CutsAtArrivals
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry, identity, symmetries
+from solvers.engine.way_finding import find_first_plans
 from solvers.pricing import PricedProfile, price
 from solvers.search_result import SearchResult
 from solvers.solution import Status
@@ -52,17 +53,31 @@ def engine_search(
     If ``given`` has feasible plans of the movers too, they are the first incumbent.
     ``on_progress`` is called with every better ``value`` and ``bound``.
     """
-    horizon = objective.game.horizon
     others = {i: plan for i, plan in enumerate(given or ()) if i not in movers}
     subproblem = Subproblem(objective, tuple(movers), others)
-    first = {i: earliest_arrival(objective.game.agents[i], horizon) for i in movers}
+    first = {i: earliest_way(objective.game, i) for i in movers}
     if any(start is None for start in first.values()):
         return SearchResult(Status.UNREACHABLE, inf)
     incumbent = None
     if given is not None:
         incumbent = price(objective, {i: given[i].controls for i in movers}, others)
+    earliest = {i: int(t or 0) for i, t in first.items()}
+    if _is_confined(subproblem) and any(earliest.values()):
+        (mover,) = movers
+        shown = find_first_plans(subproblem, budget)
+        if shown.earliest is None:
+            return SearchResult(Status.INFEASIBLE, inf)
+        earliest[mover] = max(earliest[mover], shown.earliest)
+        if shown.plans is not None and (incumbent is None or shown.plans.value < incumbent.value):
+            incumbent = shown.plans
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress)
-    return search.run({i: int(t or 0) for i, t in first.items()})
+    return search.run(earliest)
+
+
+def _is_confined(subproblem: Subproblem) -> bool:
+    """Return whether there is a single mover, among walls that it cannot jump over."""
+    game, movers = subproblem.game, subproblem.movers
+    return game.collisions == "swept" and len(movers) == 1 and has_walls(game, movers[0])
 
 
 class _ArrivalSearch:

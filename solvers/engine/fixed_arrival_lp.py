@@ -108,7 +108,7 @@ class FixedProgram:
         self._add_workspace(agent, r)
         weight = float(self.subproblem.objective.effort[i])
         if weight > 0 and end:
-            self.add_efforts(u, weight)
+            self.add_sizes(u, weight)
 
     def _add_workspace(self, agent: Agent, r: np.ndarray) -> None:
         """Keep the means ``r`` (T+1, n) of an agent in its workspace."""
@@ -117,12 +117,37 @@ class FixedProgram:
             for row, limit in zip(rows, limits[t].tolist(), strict=True):
                 self._row(columns, row, -inf, limit)
 
-    def add_efforts(self, controls: np.ndarray, weight: float) -> None:
-        """Add columns for the absolute values of ``controls``, each of cost ``weight``."""
-        sizes = self._columns(controls.shape, 0.0, inf, weight)
-        for u, size in zip(controls.ravel().tolist(), sizes.ravel().tolist(), strict=True):
-            self._row([size, u], [1.0, -1.0], 0.0, inf)
-            self._row([size, u], [1.0, 1.0], 0.0, inf)
+    def add_sizes(self, controls: np.ndarray, weight: float = 0.0) -> np.ndarray:
+        """Add and return columns, of cost ``weight``, for the absolute values of ``controls``."""
+        return self._absolute(controls, [(controls, 1.0)], weight)
+
+    def add_differences(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Add and return columns for the absolute differences of two rows of columns."""
+        return self._absolute(one, [(one, 1.0), (other, -1.0)], 0.0)
+
+    def _absolute(
+        self, like: np.ndarray, terms: list[tuple[np.ndarray, float]], weight: float
+    ) -> np.ndarray:
+        """Add columns that are at least the absolute values of a sum of ``terms``."""
+        sizes = self._columns(like.shape, 0.0, inf, weight)
+        for k, size in enumerate(sizes.ravel().tolist()):
+            columns = [size, *(int(part.ravel()[k]) for part, _ in terms)]
+            for sign in (1.0, -1.0):
+                self._row(columns, [1.0, *(sign * factor for _, factor in terms)], 0.0, inf)
+        return np.asarray(sizes)
+
+    def require_face(self, k: int, p: int) -> None:
+        """Add the rows of face ``p`` of disjunction ``k``."""
+        for limit, columns, values in self.face_rows(k, p):
+            self._row(columns, values, limit, inf)
+
+    def raise_floor(self, column: int, least: float) -> None:
+        """Require that a column is at least ``least``, which is at most its upper bound."""
+        self._low[column] = max(self._low[column], least)
+
+    def limit(self, columns: Any, values: Any, most: float) -> None:
+        """Require that values . x[columns] is at most ``most``."""
+        self._row(columns, values, -inf, most)
 
     def _row(self, columns: Any, values: Any, low: float, high: float) -> None:
         """Add low <= values . x[columns] <= high."""

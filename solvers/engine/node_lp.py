@@ -102,8 +102,15 @@ class Relaxation:
 
     def solve_at(self, means: Sequence[np.ndarray]) -> np.ndarray | None:
         """Return the optimum with the best faces of ``means``, if there is one."""
-        margins = self.faces.margins(self.program.point_at(means))
-        best = [part.argmax() for part in np.split(margins, self.faces.first[1:])]
+        return self._solve_with_best(self.faces.margins(self.program.point_at(means)))
+
+    def solve_near(self, means: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Return the optimum with the faces of largest clearance at ``means``, if there is one."""
+        return self._solve_with_best(self.faces.clearances(self.program.point_at(means)))
+
+    def _solve_with_best(self, values: np.ndarray) -> np.ndarray | None:
+        """Return the optimum with the face of largest value (F,) of each disjunction, if any."""
+        best = [part.argmax() for part in np.split(values, self.faces.first[1:])]
         self.set_faces(tuple((k, int(p)) for k, p in enumerate(best) if self.program.disjunctions))
         solution = self.solve()
         return None if solution is None or solution[0] == inf else solution[1]
@@ -192,9 +199,17 @@ class Faces:
 
     def margins(self, point: np.ndarray) -> np.ndarray:
         """Return the margin of each face at the means of ``point``, over all of its instants."""
-        clear = (self._values * point[self._columns]).sum(axis=1) + self._constants
-        margins = face_margins(clear, self._units)
-        return margins if self._ends == 1 else margins.reshape(-1, self._ends).min(axis=1)
+        return self._over_ends(face_margins(self._clearances(point), self._units))
+
+    def clearances(self, point: np.ndarray) -> np.ndarray:
+        """Return the clearance of each face at the means of ``point``, over all of its instants."""
+        return self._over_ends(self._clearances(point))
+
+    def _clearances(self, point: np.ndarray) -> np.ndarray:
+        return (self._values * point[self._columns]).sum(axis=1) + self._constants
+
+    def _over_ends(self, values: np.ndarray) -> np.ndarray:
+        return values if self._ends == 1 else values.reshape(-1, self._ends).min(axis=1)
 
 
 OPTIONS: dict[str, Any] = {

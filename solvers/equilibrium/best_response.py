@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ppg_env.errors import InputError, require
+from ppg_env.game.between_steps import overlap_times
+from ppg_env.game.free_space import earliest_way
 from ppg_env.game.game import Game
+from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from solvers.budget import Budget
@@ -11,8 +16,13 @@ from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.liability import Liability, make_rule
 from solvers.search_result import SearchResult
 from solvers.solution import ADVICE, Solution, Status
+from solvers.units import in_units_of_the_game
+
+LONGER = 10
+"""Longer horizons are looked at up to this many times the game's, to say what would suffice."""
 
 
+@in_units_of_the_game
 def best_response(
     game: Game,
     agent: int,
@@ -83,7 +93,7 @@ def respond(
 
 def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
     """Return status and advice, with the agents named whose goals are out of reach."""
-    advice = ADVICE[result.status]
+    advice = ADVICE[result.status].format(when=overlap_times(game))
     if result.status is Status.UNREACHABLE:
         advice = unreachable_advice(game, movers)
     elif result.detail and result.status is Status.ERROR:
@@ -94,15 +104,35 @@ def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[
 def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
     """Return which goal cannot be reached in time, and the horizon that would suffice."""
     for i in movers:
-        agent = game.agents[i]
+        agent, name = game.agents[i], game.agent_names[i]
         if earliest_arrival(agent, game.horizon) is None:
-            needed = sufficient_horizon(agent, 10 * game.horizon)
+            needed = sufficient_horizon(agent, LONGER * game.horizon)
             remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
             return (
-                f"{game.agent_names[i]} cannot reach its goal within the horizon of "
-                f"{game.horizon} even alone; {remedy}"
+                f"{name} cannot reach its goal within the horizon of {game.horizon} even alone; "
+                + remedy
             )
+        if earliest_way(game, i) is None:
+            return _walled_off(game, i)
     return ADVICE[Status.UNREACHABLE]
+
+
+def _walled_off(game: Game, agent: int) -> str:
+    """Return the advice where bodies at rest keep an agent from its goal."""
+    name, most = game.agent_names[agent], min(LONGER * game.horizon, LONGEST_HORIZON)
+    try:
+        needed = earliest_way(replace(game, horizon=most), agent)
+    except InputError:  # the game allows no such horizon
+        needed = None
+    if needed is not None:
+        return (
+            f"{name} cannot reach its goal around the obstacles within the horizon of "
+            f"{game.horizon}; set the horizon to {needed} or more"
+        )
+    return (
+        f"{name} cannot reach its goal: obstacles close every way; "
+        "open a gap wider than its body, or move its start or goal"
+    )
 
 
 def check_agent(game: Game, agent: int) -> None:

@@ -5,6 +5,11 @@ With the exact potential Phi, every accepted update lowers Phi by at least
 cycle, which is detected.  Other liability rules have other potentials, or none
 (:mod:`solvers.liability`): right of way still ends in turn, and the rest may cycle.
 
+Without a given start, several are tried until one lets all agents find a plan: straight (up to five
+agents), sequential in the order of the updates, in the reverse order and in random ones, the same
+while agents that have not entered stand at their starts, and at last the plans that minimise the
+potential.  Each has its share of linear programs, so that results do not depend on the machine.
+
 Proofs are costly and early ones are soon out of date, so responses begin with few linear programs,
 and the number grows once no agent gains.  Proofs that stay valid
 (:mod:`solvers.equilibrium.regret_proofs`) are not repeated.
@@ -21,24 +26,32 @@ from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
-from solvers.dispatch import ENGINE, check_solver
+from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.engine.refine import refine
 from solvers.equilibrium.best_response import respond
-from solvers.equilibrium.outcomes import Outcomes
+from solvers.equilibrium.outcomes import Outcomes, without_start
 from solvers.equilibrium.regret_proofs import RegretProofs
-from solvers.equilibrium.start_profile import default_starts, start_profile
+from solvers.equilibrium.start_profile import Entry, default_entries, start_profile
 from solvers.equilibrium.update_order import check_order, sweep_groups
 from solvers.liability import Liability, make_rule
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status, Update
+from solvers.units import in_units_of_the_game
 
 FIRST_EFFORT, LAST_EFFORT = 1000, 100_000
 """Linear programs for one response: in the first sweeps, and at most before there is no limit."""
+
+ENTRY_EFFORT = 8000
+"""Linear programs for one response at most, while another start may be tried instead."""
+
+POTENTIAL_EFFORT = 50_000
+"""Linear programs for the potential's minimum, if no other start lets all agents find a plan."""
 
 REFINE_AFTER = 3
 """Sweeps after which plans are refined in between: by then only details change."""
 
 
+@in_units_of_the_game
 def best_response_dynamics(
     game: Game,
     *,
@@ -58,8 +71,8 @@ def best_response_dynamics(
     ----------
     start
         ``straight`` (every agent plans as if alone), ``sequential`` (each agent responds to those
-        before it in the order), or a profile.  The default is straight up to five agents, and
-        sequential with more agents or with right of way.
+        before it in the order), or a profile.  By default, straight (up to five agents, and without
+        right of way), sequential, and further starts are tried until all agents find a plan.
     order
         ``cyclic`` (the game's order, or that of priority), ``random`` (a new permutation each
         sweep, from ``seed``), ``simultaneous`` (all respond to the same profile), or a permutation
@@ -113,13 +126,36 @@ def run_dynamics(
     progress: Callable[[Update], None] | None = None,
 ) -> Solution:
     """Run :func:`best_response_dynamics` under a rule, for options that were checked."""
-    starts = default_starts(rule) if start is None else (start,)
-    for first in starts:
+    given = start is not None
+    entries = [Entry(start)] if start is not None else default_entries(rule, seed)
+    tried = []
+    for entry in entries:
         dynamics = _Dynamics(rule, order, tolerance, solver, budget, seed, progress)
-        solution = dynamics.run(first, max_sweeps)
-        if solution.status is not Status.INFEASIBLE:
-            break
-    return solution
+        solution = dynamics.run(entry, max_sweeps, patient=given)
+        if given or budget.out or solution.profile is not None or not _may_be_mended(solution):
+            return solution
+        tried.append(solution)
+    least = _least_potential(rule, solver, budget)
+    if least is not None and least.profile is not None:
+        dynamics = _Dynamics(rule, order, tolerance, solver, budget, seed, progress)
+        return dynamics.run(Entry(least.profile), max_sweeps, patient=True)
+    return without_start(rule, tried, least, budget)
+
+
+def _may_be_mended(solution: Solution) -> bool:
+    """Return whether another start may help: an agent found no plan among those of the others."""
+    return solution.status in (Status.INFEASIBLE, Status.NO_INCUMBENT)
+
+
+def _least_potential(rule: Liability, solver: str, budget: Budget) -> SearchResult | None:
+    """Return plans of low potential, if the rule has a potential and several agents move."""
+    size = len(rule.game.agents)
+    if rule.potential is None or size == 1:
+        return None
+    child = budget.child(POTENTIAL_EFFORT)
+    result = minimise(rule.potential, range(size), None, solver, child)
+    budget.charge(child)
+    return result
 
 
 class _Dynamics:
@@ -142,19 +178,23 @@ class _Dynamics:
         self.proofs = RegretProofs(rule.game, tolerance)
         self.outcomes = Outcomes(rule, self.trace, budget)
 
-    def run(self, start: str | Profile, max_sweeps: int) -> Solution:
-        """Update in turn until no agent gains, the profile repeats, or a limit is reached."""
-        profile, pending = start_profile(self.rule, start)
+    def run(self, entry: Entry, max_sweeps: int, *, patient: bool) -> Solution:
+        """Update in turn until no agent gains, the profile repeats, or a limit is reached.
+
+        A ``patient`` run searches for a first plan of each agent as long as the budget lasts.
+        """
+        profile, pending = start_profile(self.rule, entry.start)
         visited = {profile}
         effort: int | None = FIRST_EFFORT
         for sweep in range(1, max_sweeps + 1):
             before, self.changed = profile, False
-            for group in sweep_groups(self.rule, self.order, self.random):
+            order = self.order if sweep > 1 or entry.order is None else entry.order
+            for group in sweep_groups(self.rule, order, self.random):
                 responses = {}
                 for i in group:
                     if i not in pending and self.proofs.holds(i):
                         continue
-                    responses[i] = self._respond(i, profile, effort)
+                    responses[i] = self._respond(i, profile, effort, patient)
                     if responses[i].profile is None:
                         return self.outcomes.without_response(profile, not pending, i, responses[i])
                 profile = self._adopt(sweep, profile, responses, pending)
@@ -172,13 +212,15 @@ class _Dynamics:
                 break
         return self.outcomes.finished(profile, Status.NOT_CONVERGED)
 
-    def _respond(self, i: int, profile: Profile, effort: int | None) -> SearchResult:
+    def _respond(self, i: int, profile: Profile, effort: int | None, patient: bool) -> SearchResult:
         """Respond with ``effort`` linear programs; with more if they do not suffice for a plan."""
         while True:
             child = self.budget.child(effort)
             response = respond(self.rule, i, profile, self.solver, child)
             self.budget.charge(child)
             if response.status is not Status.NO_INCUMBENT or effort is None or self.budget.out:
+                return response
+            if effort >= ENTRY_EFFORT and not patient:
                 return response
             effort *= 8
 

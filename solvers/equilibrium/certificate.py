@@ -21,6 +21,7 @@ from solvers.dispatch import ENGINE, check_solver
 from solvers.equilibrium.best_response import respond
 from solvers.equilibrium.regret_proofs import proved_bound
 from solvers.liability import make_rule
+from solvers.units import in_units_of_the_game
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class Certificate:
         return float(self.regret.max())
 
 
+@in_units_of_the_game
 def certify(
     game: Game,
     profile: Profile,

@@ -22,6 +22,7 @@ from solvers.dispatch import ENGINE
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 from solvers.equilibrium.start_profile import STARTS
 from solvers.solution import Solution, Status
+from solvers.units import in_units_of_the_game
 
 PASSING = np.pi / 2
 """Two agents pass each other if their displacement turns by more than this."""
@@ -46,6 +47,7 @@ class Equilibrium:
     found: int
 
 
+@in_units_of_the_game
 def collect_equilibria(
     game: Game,
     *,

@@ -157,7 +157,7 @@ class _Descent:
         """Remove a group and insert its best responses one after the other, twice."""
         plans = list(profile)
         for i in group:
-            plans[i] = absent_plan(self.game.agents[i], self.game.horizon)
+            plans[i] = absent_plan(self.game, i)
         for i in group + group:
             child = self.budget.child(EFFORTS[1])
             response = respond(self.rule, i, tuple(plans), self.solver, child)

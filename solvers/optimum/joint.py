@@ -15,10 +15,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
+from ppg_env.game.free_space import earliest_way
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
-from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.equilibrium.best_response import explain
@@ -29,6 +29,7 @@ from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status
+from solvers.units import in_units_of_the_game
 
 BOUND_SHARE = 0.3
 """Part of the time limit that the bound may take."""
@@ -47,6 +48,7 @@ OnProgress = Callable[[str, float], None]
 """Called with what improved, ``value`` or ``bound``, and its new value."""
 
 
+@in_units_of_the_game
 def social_optimum(
     game: Game,
     *,
@@ -74,6 +76,7 @@ def social_optimum(
     return _minimise_potential(rule, "social", "social_cost", solver, budget, seed, progress)
 
 
+@in_units_of_the_game
 def potential_equilibrium(
     game: Game,
     *,
@@ -146,7 +149,7 @@ def _approximate(
     If annealing finds no plan, the exact search uses the rest of the time.
     """
     game = rule.game
-    if any(earliest_arrival(agent, game.horizon) is None for agent in game.agents):
+    if any(earliest_way(game, i) is None for i in range(len(game.agents))):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
     bound = pair_bound(potential, share, lambda value: on_progress("bound", value))

@@ -22,8 +22,8 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
 from scipy.sparse import coo_array
 
+from ppg_env.game.free_space import earliest_way
 from ppg_env.game.objective import Objective
-from ppg_env.game.reachability import earliest_arrival
 from solvers.budget import Budget
 from solvers.engine.cuts import CutPool
 from solvers.engine.presolve import Subproblem
@@ -58,10 +58,10 @@ class _PairProgram:
 
     def __init__(self, objective: Objective, budget: Budget) -> None:
         self._game, self._objective, self._budget = objective.game, objective, budget
-        agents, horizon = self._game.agents, self._game.horizon
-        subproblem = Subproblem(objective, tuple(range(len(agents))), {})
+        agents = tuple(range(len(self._game.agents)))
+        subproblem = Subproblem(objective, agents, {})
         self._cuts = CutPool(subproblem, symmetries(objective), budget)
-        self._first = [earliest_arrival(agent, horizon) for agent in agents]
+        self._first = [earliest_way(self._game, i) for i in agents]
         self._edges = [e for e in subproblem.encounters if objective.encounter[e] > 0]
         self._values: dict[PairStates, float] = {}
 

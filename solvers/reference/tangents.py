@@ -4,7 +4,7 @@ For s >= 0 the loss c(s) of :mod:`ppg_env.game.objective` is convex, so each tan
 
     c(q) + c'(q) (s - q)  <=  c(s)
 
-keeps the program a valid lower bound.  A table starts with the same tangents at every time;
+keeps the program a valid lower bound.  A table starts with the same tangents at every event;
 others are added at the margins of solutions until model and evaluator agree.
 """
 
@@ -21,11 +21,11 @@ STATIC = 16
 """Tangent points of a new table, between 0 and the cap."""
 
 SLOTS = 12
-"""Tangents that refinement may add at each time; the oldest are replaced."""
+"""Tangents that refinement may add at each event; the oldest are replaced."""
 
 
 class TangentTable:
-    """Tangents of one encounter: ``slopes`` and ``intercepts``, parameters of shape (H+1, Q)."""
+    """Tangents of one encounter: ``slopes`` and ``intercepts``, parameters of shape (K, Q)."""
 
     def __init__(self, game: Game, steps: int) -> None:
         self._game = game
@@ -47,14 +47,14 @@ class TangentTable:
         self._write()
 
     def add(self, margins: np.ndarray) -> None:
-        """Add tangents at ``margins`` (H+1,), one per time."""
+        """Add tangents at ``margins`` (K,), one per event."""
         slot = self._static.shape[1] + self._next % SLOTS
         self._next += 1
         self._points[:, slot] = np.clip(margins, 0.0, self._game.margin_cap)
         self._write()
 
     def model_loss(self, margins: np.ndarray) -> np.ndarray:
-        """Return (H+1,) losses that the tangents give to ``margins`` (H+1,)."""
+        """Return (K,) losses that the tangents give to ``margins`` (K,)."""
         return (self.slopes.value * margins[:, None] + self.intercepts.value).max(axis=1)
 
     def _write(self) -> None:

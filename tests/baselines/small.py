@@ -35,8 +35,7 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
 def small_policy(game: Game, seed: int = 0, **options: bool) -> Policy:
     """A random network of the right size."""
     random = np.random.default_rng(seed)
-    width = observation_size(game.agents[0].state_dim, game.dim, len(game.agents))
-    sizes = [width + options.get("conditioned", False), 8, game.agents[0].control_dim]
+    sizes = [observation_size(game) + options.get("conditioned", False), 8, game.agents[0].control_dim]
     pairs = list(zip(sizes[1:], sizes[:-1], strict=True))
     return Policy(
         tuple(random.normal(size=pair) for pair in pairs),

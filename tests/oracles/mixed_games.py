@@ -3,6 +3,8 @@
 Single and double integrators, sheared and damped dynamics, whole goals and places, matrices of
 gains and noises, boxes, balls and polygons, control sets that change over time (now and then to
 one that only lets drift, or forbids rest), obstacles, a first covariance, one to three dimensions.
+On demand also games in motion: swept collisions, parked bodies, workspaces and speed limits,
+reserves, efforts, and obstacles that move.
 """
 
 from __future__ import annotations
@@ -12,8 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import Agent, Game, InputError, Polytope, make_profile
-from ppg_env.game.input_sets import Controls
+from ppg_env.game.dynamics import covariances
+from ppg_env.game.half_spaces import HalfSpaces
+from ppg_env.game.input_sets import Controls, set_at
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.plan import Profile, make_plan
+from ppg_env.game.reserve import planned_controls
 
 HORIZON = 6
 
@@ -26,28 +32,40 @@ class Mixed:
     profile: Profile
 
 
-def mixed_game(seed: int, count: int = 2) -> Mixed:
-    """The game of a seed: agents that cross near the origin, in one to three dimensions."""
+def mixed_game(seed: int, count: int = 2, *, in_motion: bool = False) -> Mixed:
+    """The game of a seed: agents that cross near the origin, in one to three dimensions.
+
+    ``in_motion`` gives it fields that the paper's games do not have.
+    """
     random = np.random.default_rng(seed)
     dim = int(random.choice([1, 2, 2, 2, 3]))
     while True:
-        movers = [_mover(random, dim, k) for k in range(count)]
-        walls = tuple(_wall(random, dim) for _ in range(int(random.integers(0, 2))))
         try:
+            movers = [_mover(random, dim, k, in_motion) for k in range(count)]
+            walls = tuple(_wall(random, dim) for _ in range(int(random.integers(0, 2))))
+            walls = walls if dim > 1 else ()
+            rules = {}
+            if in_motion:
+                walls += (_crossing(random, dim),) * int(random.random() < 0.5)
+                rules["collisions"] = str(random.choice(["instants", "swept"], p=[0.25, 0.75]))
+                rules["on_goal"] = str(random.choice(["remove", "stay"]))
             game = Game(
                 tuple(agent for agent, _ in movers),
-                walls if dim > 1 else (),
+                walls,
                 horizon=HORIZON,
                 objective=str(random.choice(["margin", "risk"])),
                 margin_cap=float(random.uniform(1.0, 5.0)),
                 crash_cost=float(random.choice([1.0, 30.0, 200.0])),
+                **rules,
             )
-        except InputError:  # bodies overlap at the start
+        except InputError:  # bodies overlap at the start or parked, or a reserve takes all
             continue
         return Mixed(game, make_profile(game, [controls for _, controls in movers]))
 
 
-def _mover(random: np.random.Generator, dim: int, k: int) -> tuple[Agent, np.ndarray]:
+def _mover(
+    random: np.random.Generator, dim: int, k: int, in_motion: bool
+) -> tuple[Agent, np.ndarray]:
     """An agent whose goal is where random controls (H, m) lead it."""
     A, B = _dynamics(random, dim)
     n = len(A)
@@ -69,15 +87,50 @@ def _mover(random: np.random.Generator, dim: int, k: int) -> tuple[Agent, np.nda
     if n > dim and random.random() < 0.5:
         start[dim:] = towards * random.uniform(0, 2)
     steps = int(random.integers(3, HORIZON + 1))
+    if in_motion:
+        fields["reserve"] = float(random.choice([0.0, 0.5, 1.5]))
+        fields["effort"] = float(random.choice([0.0, 0.03, 0.4]))
     draft = Agent(start=start, goal=np.zeros(n), **fields)
-    controls = np.zeros((HORIZON, dim))
+    controls, sets = np.zeros((HORIZON, dim)), planned_controls(draft, HORIZON)
     for t in range(steps):
-        corners = draft.control_at(t).vertices
+        corners = set_at(sets, t).vertices
         weight = random.dirichlet(np.exp(0.3 * corners @ towards).clip(0.05, 20))
         controls[t] = weight @ corners
-    goal = make_plan(draft, controls).means[steps]
-    size = n if random.random() < 0.5 else dim
+    means = make_plan(draft, controls).means
+    goal, size = means[steps], n if random.random() < 0.5 else dim
+    if in_motion:
+        fields["within"] = _regions(random, draft, means[: steps + 1])
     return Agent(start=start, goal=goal[:size], **fields), controls
+
+
+def _regions(
+    random: np.random.Generator, agent: Agent, means: np.ndarray
+) -> tuple[HalfSpaces, ...]:
+    """None, a box of positions and a speed limit, or both, that ``means`` (T+1, n) keep."""
+    spread = covariances(agent, HORIZON)[: len(means)]
+    sigmas = float(random.choice([0.0, 1.0]))
+    room = sigmas * np.sqrt(spread.diagonal(axis1=1, axis2=2)) + random.uniform(0.1, 1.5)
+    low, high = (means - room).min(axis=0), (means + room).max(axis=0)
+    regions = []
+    if random.random() < 0.4:
+        d = agent.dim
+        regions.append(HalfSpaces.between(low[:d], high[:d], sigmas))
+    if agent.state_dim > agent.dim and random.random() < 0.7:
+        free = np.where(np.arange(agent.state_dim) < agent.dim, np.inf, 0.0)
+        regions.append(HalfSpaces.between(low - free, high + free, sigmas))
+    return tuple(regions)
+
+
+def _crossing(random: np.random.Generator, dim: int) -> Obstacle:
+    """A small body that passes near the origin, stops there or vanishes."""
+    first, last = random.uniform(-6, 6, (2, dim))
+    count = int(random.integers(2, HORIZON + 1))
+    return Obstacle(
+        _body(random, dim, 0.8),
+        path=np.linspace(first, last, count),
+        noise=float(random.choice([0.0, 0.1])),
+        until=int(random.integers(2, HORIZON)) if random.random() < 0.4 else None,
+    )
 
 
 def _dynamics(random: np.random.Generator, dim: int) -> tuple[np.ndarray, np.ndarray]:

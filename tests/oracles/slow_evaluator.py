@@ -1,12 +1,12 @@
-"""The evaluator once more, in plain loops and straight from section 2 of the design.
+"""The evaluator once more, in plain loops and straight from sections 2 and 6 of the design.
 
-Shares no code with :mod:`ppg_env`: faces of K come from the edges of both bodies (plane only),
-covariances from the recursion, arrivals from the means.
+Shares no code with :mod:`ppg_env`: faces of K come from the edges of both bodies, covariances from
+the recursion, arrivals from the means, traffic and events from their definitions.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from math import erfc, inf, sqrt
 
@@ -19,71 +19,158 @@ Face = tuple[np.ndarray, float]
 
 @dataclass
 class Judgement:
+    """Costs, and by how much constraints are violated: per agent, or per encounter."""
+
     arrival: list[int | None]
     safety_cost: list[float]
     deficit: list[float]
     risk: list[float]
+    effort: list[float]
     cost: list[float]
     shifted_cost: list[float]
     potential: float
+    control: list[float]
+    within: list[float]
+    overlap: list[float]
+
+
+@dataclass
+class Body:
+    """Where a body is at times 0..H, how uncertain, and when it comes to rest."""
+
+    shape: np.ndarray
+    places: list[np.ndarray]
+    spreads: list[np.ndarray]
+    rest: float
+    until: float = inf
+
+
+@dataclass
+class Tally:
+    """What the events of all encounters add up to, agent by agent."""
+
+    safety: list[float]
+    deficit: list[float]
+    risk: list[float]
+    losses: list[float]
+    potential: float = 0.0
+    overlap: list[float] = field(default_factory=list)
 
 
 def slow_evaluation(game: Game, controls: list[np.ndarray]) -> Judgement:
-    count, cap, steps = len(game.agents), game.margin_cap, range(game.horizon + 1)
-    means, arrival = [], []
-    for agent, rows in zip(game.agents, controls, strict=True):
-        states = [np.array(agent.start)]
-        for row in rows:
-            states.append(agent.A @ states[-1] + agent.B @ row)
-        misses = [np.abs(x[: len(agent.goal)] - agent.goal).max() for x in states]
-        arrival.append(next((t for t, miss in enumerate(misses) if miss <= 1e-6), None))
-        means.append(states)
-    spreads = [spread_over_time(agent, game.horizon) for agent in game.agents]
-    end = [inf if t is None else t for t in arrival]
-
-    safety, deficit, risk, losses = ([0.0] * count for _ in range(4))
-    potential = 0.0
-
-    def count_in(margin: float, parties: list[int], traffic: bool) -> None:
-        nonlocal potential
-        danger = erfc(margin) / 2 if traffic else 0.0
-        loss = cap - margin if game.objective == "margin" else game.crash_cost * danger
-        loss = loss if traffic else 0.0
-        potential += loss
-        for i in parties:
-            safety[i] -= margin
-            deficit[i] += cap - margin
-            risk[i] += danger
-            losses[i] += loss
-
+    count = len(game.agents)
+    plans = [plan_of(agent, rows) for agent, rows in zip(game.agents, controls, strict=True)]
+    bodies = [
+        body_of(game, agent, states, arrival)
+        for agent, (states, arrival) in zip(game.agents, plans, strict=True)
+    ]
+    tally = Tally(*([0.0] * count for _ in range(4)))
     for i in range(count):
-        one = game.agents[i]
         for j in range(i + 1, count):
-            faces = faces_of_sum(game.agents[j].shape.vertices, -one.shape.vertices)
-            for t in steps:
-                apart = means[i][t][: game.dim] - means[j][t][: game.dim]
-                spread = spreads[i][t] + spreads[j][t]
-                traffic = t < end[i] and t < end[j]
-                margin = margin_of(game, faces, apart, spread) if traffic else cap
-                count_in(margin, [i, j], traffic)
+            add_encounter(game, tally, [i, j], bodies[i], bodies[j])
+    for i in range(count):
         for obstacle in game.obstacles:
-            faces = faces_of_sum(obstacle.shape.vertices, -one.shape.vertices)
-            for t in steps:
-                traffic = t < end[i]
-                margin = (
-                    margin_of(game, faces, means[i][t][: game.dim], spreads[i][t])
-                    if traffic
-                    else cap
-                )
-                count_in(margin, [i], traffic)
+            add_encounter(game, tally, [i], bodies[i], body_of_obstacle(game, obstacle))
 
-    cost, shifted = [], []
+    cost, shifted, effort, control, within = [], [], [], [], []
     for i, agent in enumerate(game.agents):
-        shifted.append(agent.lam * end[i] + (1 - agent.lam) * losses[i])
-        paper = safety[i] if game.objective == "margin" else losses[i]
-        cost.append(agent.lam * end[i] + (1 - agent.lam) * paper)
-        potential += agent.lam / (1 - agent.lam) * end[i]
-    return Judgement(arrival, safety, deficit, risk, cost, shifted, potential)
+        states, arrival = plans[i]
+        end = inf if arrival is None else arrival
+        moving = [u for t, u in enumerate(controls[i]) if t < end]
+        effort.append(float(sum(abs(x) for u in moving for x in u)))
+        own = inf if arrival is None else agent.lam * arrival + agent.effort * effort[-1]
+        shifted.append(own + (1 - agent.lam) * tally.losses[i])
+        paper = tally.safety[i] if game.objective == "margin" else tally.losses[i]
+        cost.append(own + (1 - agent.lam) * paper)
+        tally.potential += own / (1 - agent.lam)
+        control.append(control_excess(agent, moving))
+        within.append(within_excess(agent, states[: len(moving) + 1]))
+    return Judgement(
+        [arrival for _, arrival in plans],
+        tally.safety, tally.deficit, tally.risk, effort, cost, shifted, tally.potential,
+        control, within, tally.overlap,
+    )  # fmt: skip
+
+
+def plan_of(agent: Agent, controls: np.ndarray) -> tuple[list[np.ndarray], int | None]:
+    """The states at all times, those of the arrival from then on, and the arrival."""
+    states, arrival = [np.array(agent.start)], None
+    for t in range(len(controls) + 1):
+        if arrival is None and np.abs(states[t][: len(agent.goal)] - agent.goal).max() <= 1e-6:
+            arrival = t
+        if t < len(controls):
+            moves = agent.A @ states[t] + agent.B @ controls[t]
+            states.append(moves if arrival is None else states[t])
+    return states, arrival
+
+
+def body_of(game: Game, agent: Agent, states: list[np.ndarray], arrival: int | None) -> Body:
+    d, rest = game.dim, inf if arrival is None else arrival
+    spreads = [matrix[:d, :d] for matrix in spread_over_time(agent, game.horizon)]
+    if game.on_goal == "stay":
+        spreads = [spreads[t] if t < rest else spreads[int(rest)] for t in range(len(spreads))]
+    return Body(agent.shape.vertices, [x[:d] for x in states], spreads, rest)
+
+
+def body_of_obstacle(game: Game, obstacle) -> Body:
+    path = np.zeros((1, game.dim)) if obstacle.path is None else obstacle.path
+    last = len(path) - 1
+    times = [min(t, last) for t in range(game.horizon + 1)]
+    until = inf if obstacle.until is None else obstacle.until
+    spreads = [t * obstacle.noise for t in times]
+    return Body(obstacle.shape.vertices, [path[t] for t in times], spreads, last, until)
+
+
+def add_encounter(game: Game, tally: Tally, parties: list[int], one: Body, other: Body) -> None:
+    """Count all events of an encounter: instants, or the steps between them."""
+    faces = faces_of_sum(other.shape, -one.shape)
+    deepest = 0.0
+    rests = [one.rest, other.rest] if len(parties) == 2 or game.on_goal == "stay" else [one.rest]
+    end = min(max(rests) if game.on_goal == "stay" else min(rests), other.until)
+    swept = game.collisions == "swept"
+    for t in range(game.horizon + 1):
+        margin, danger, loss = game.margin_cap, 0.0, 0.0
+        if t < end and not (swept and t == game.horizon):
+            ends = [t, t + 1] if swept else [t]
+            apart = [one.places[k] - other.places[k] for k in ends]
+            margin = margin_of(
+                game, faces, apart, [one.spreads[k] + other.spreads[k] for k in ends]
+            )
+            clear = max(min(normal @ place - offset for place in apart) for normal, offset in faces)
+            deepest = max(deepest, -clear)
+            danger = len(ends) * erfc(margin) / 2
+            loss = game.margin_cap - margin
+            loss = loss if game.objective == "margin" else game.crash_cost * danger
+        tally.potential += loss
+        for i in parties:
+            tally.safety[i] -= margin
+            tally.deficit[i] += game.margin_cap - margin
+            tally.risk[i] += danger
+            tally.losses[i] += loss
+    tally.overlap.append(deepest)
+
+
+def control_excess(agent: Agent, controls: list[np.ndarray]) -> float:
+    """By how much a control comes nearer to a face of its set than feedback may need."""
+    worst, spreads = 0.0, spread_over_time(agent, len(controls))
+    for t, u in enumerate(controls):
+        asked = agent.gain @ spreads[t] @ agent.gain.T
+        for normal, offset in zip(*agent.control_at(t).faces, strict=True):
+            room = agent.reserve * sqrt(max(normal @ asked @ normal, 0.0))
+            worst = max(worst, float(normal @ u + room - offset))
+    return worst
+
+
+def within_excess(agent: Agent, states: list[np.ndarray]) -> float:
+    """By how much a mean is beyond a face of its workspace, or too near."""
+    worst, spreads = 0.0, spread_over_time(agent, len(states))
+    for region in agent.within:
+        for normal, offset in zip(region.normals, region.offsets, strict=True):
+            k = len(normal)
+            for x, spread in zip(states, spreads, strict=False):
+                sigma = sqrt(max(normal @ spread[:k, :k] @ normal, 0.0))
+                worst = max(worst, float(normal @ x[:k] + region.sigmas * sigma - offset))
+    return worst
 
 
 def spread_over_time(agent: Agent, horizon: int) -> list[np.ndarray]:
@@ -91,11 +178,11 @@ def spread_over_time(agent: Agent, horizon: int) -> list[np.ndarray]:
     loop = agent.A - agent.B @ agent.gain
     for _ in range(horizon):
         spread.append(loop @ spread[-1] @ loop.T + agent.noise)
-    return [matrix[: agent.dim, : agent.dim] for matrix in spread]
+    return spread
 
 
 def faces_of_sum(one: np.ndarray, other: np.ndarray) -> list[Face]:
-    """Faces of the Minkowski sum of two convex bodies in the plane or in space."""
+    """Faces of the Minkowski sum of two convex bodies on a line, in the plane or in space."""
     return _faces_of_sum(tuple(map(tuple, one.tolist())), tuple(map(tuple, other.tolist())))
 
 
@@ -109,7 +196,9 @@ def _faces_of_sum(*corners: tuple[tuple[float, ...], ...]) -> list[Face]:
     one, other = map(np.array, corners)
     d = one.shape[1]
     edges = [b - a for body in (one, other) for a in body for b in body if (a != b).any()]
-    if d == 2:
+    if d == 1:
+        normals = edges
+    elif d == 2:
         normals = [np.array([edge[1], -edge[0]]) for edge in edges]
     else:
         normals = [np.cross(a, b) for a in edges for b in edges]
@@ -129,14 +218,20 @@ def _faces_of_sum(*corners: tuple[tuple[float, ...], ...]) -> list[Face]:
     return list(faces.values())
 
 
-def margin_of(game: Game, faces: list[Face], apart: np.ndarray, spread: np.ndarray) -> float:
+def margin_of(
+    game: Game, faces: list[Face], apart: list[np.ndarray], spreads: list[np.ndarray]
+) -> float:
+    """Margin of the face that is best at its worse end; one end is an instant."""
     best = -inf
     for normal, offset in faces:
-        clearance = normal @ apart - offset
-        sigma = sqrt(max(normal @ spread @ normal, 0.0))
-        unit = sigma * sqrt(2) if game.scale == "exact" else sigma
-        if unit > 1e-12:
-            best = max(best, clearance / unit)
-        elif clearance >= -1e-6:
-            best = game.margin_cap
+        worse = inf
+        for place, spread in zip(apart, spreads, strict=True):
+            clearance = normal @ place - offset
+            sigma = sqrt(max(normal @ spread @ normal, 0.0))
+            unit = sigma * sqrt(2) if game.scale == "exact" else sigma
+            if unit > 1e-12:
+                worse = min(worse, clearance / unit)
+            elif clearance < -1e-6:
+                worse = -inf
+        best = max(best, worse)
     return min(game.margin_cap, best)

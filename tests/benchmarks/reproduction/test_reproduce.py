@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -86,6 +88,25 @@ def test_a_second_run_reads_the_store_and_says_the_same(found, tmp_path):
         len({c.address for p in SMALL.places() for s in SMALL.cells(p).values() for c in s})
     ]
     assert str(report(first)) == str(report(second)) == str(report(found))
+
+
+@pytest.mark.slow
+def test_bodies_can_be_asked_to_keep_apart_between_steps(found, tmp_path):
+    swept = reproduce(replace(SMALL, collisions="swept"), tmp_path / "swept.db")
+    assert report(swept)["collisions"] == "swept"
+    assert report(found)["collisions"] == "instants"
+    assert not swept.failed
+    for place, panel in swept.panels.items():
+        for rows in panel.plans.values():
+            assert {row.collisions for row in rows} == {"swept"}
+        optimum = panel.social.mean("objective")
+        # The optimum keeps apart during steps, and a margin of a step is that of its worse end.
+        assert (optimum >= found.panels[place].social.mean("objective") - 1e-6).all()
+
+
+def test_another_rule_of_collisions_is_refused(tmp_path):
+    with pytest.raises(InputError, match="'instants' or 'swept'"):
+        reproduce(replace(SMALL, collisions="often"), tmp_path / "cells.db")
 
 
 @pytest.mark.parametrize("text", ["box", "box:", "box:three", ":"])

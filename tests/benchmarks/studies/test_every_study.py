@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from benchmarks.studies.markdown import markdown_table, study_markdown
 from benchmarks.studies.registry import STUDIES, find_study
 from benchmarks.studies.results import read_rows
+from benchmarks.sweeps import Store
 from ppg_env import InputError
 from tests.benchmarks.judges import picture_size
 from tests.benchmarks.studies.conftest import SMALL
@@ -44,6 +46,25 @@ def test_a_study_is_stored_reported_and_drawn(ppg, tmp_path, monkeypatch, store,
         assert table.title in done.out
     text = study_markdown(name, tmp_path / "rows.json", "words")
     assert text == "\n".join(f"- {sentence}" for sentence in again["words"])
+
+
+@pytest.mark.slow
+def test_a_study_of_games_whose_bodies_keep_apart_between_steps(store, whole, tmp_path):
+    study = find_study("price")
+    usual = study.rows(SMALL, tmp_path / "rows.json", store)
+    swept = study.rows(replace(SMALL, collisions="swept"), tmp_path / "swept.json", store)
+    assert len(usual) == len(swept)
+    assert not {row["address"] for row in usual} & {row["address"] for row in swept}
+    assert all("reason" not in row for row in swept)
+    with Store(store) as base:
+        assert {base.get(row["address"]).collisions for row in swept} == {"swept"}
+
+
+@pytest.mark.parametrize("name", [name for name in STUDIES if name not in SWEPT])
+def test_a_study_with_cells_of_its_own_has_the_rule_of_the_paper(ppg, name, tmp_path):
+    words = ["study", name, *FEW, "--results", tmp_path / "rows.json", "--collisions", "swept"]
+    assert "the paper's rule" in ppg(*words, code=2).err
+    assert not (tmp_path / "rows.json").exists()
 
 
 @pytest.mark.parametrize("name", STUDIES)

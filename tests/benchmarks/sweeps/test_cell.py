@@ -27,6 +27,10 @@ CELL = Cell("head_on", "nash", {"speed": "l1"}, arena="env")
         {"fields": {"control": [(0, Polytope.l1(10.0)), (5, Polytope.l1(9.0))]}},
         {"fields": {"speed": "l1", "lam": [0.5, 0.4]}},
         {"fields": {"speed": "l1", "crash_cost": 101}},
+        {"fields": {"speed": "l1", "collisions": "swept"}},
+        {"fields": {"speed": "l1", "on_goal": "stay"}},
+        {"fields": {"speed": "l1", "reserve": 1.0}},
+        {"fields": {"speed": "l1", "effort": 0.01}},
         {"player": "social"},
         {"player": "ppo-social", "fields": {"speed": "l1", "lam": 0.5}},
         {"start": "sequential"},
@@ -51,6 +55,8 @@ def test_what_changes_the_result_changes_the_address(change):
         {"fields": {"speed": "l1", "horizon": 15, "lam": 0.5}},  # the defaults
         {"fields": {"lam": [0.5, 0.5], "speed": "l1", "crash_cost": 100}},
         {"fields": {"control": {"l1": 10}}},
+        {"fields": {"speed": "l1", "collisions": "instants", "on_goal": "remove"}},
+        {"fields": {"speed": "l1", "reserve": 0, "effort": 0.0}},
         {"node_limit": 100},  # no effect for nash
     ],
     ids=str,

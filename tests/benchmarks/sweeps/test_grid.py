@@ -141,3 +141,11 @@ def test_mistakes_in_a_file_name_the_place(file, old, new, message):
         read_grid(file)
     assert message in str(error.value)
     assert str(file) in str(error.value)
+
+
+def test_rules_of_collisions_and_goals_are_axes():
+    values = {"collisions": ["instants", "swept"], "on_goal": ["remove", "stay"]}
+    cells = Grid(("head_on",), values, ("straight",)).cells()
+    rules = [(cell.game.collisions, cell.game.on_goal) for cell in cells]
+    assert rules == [(c, g) for c in values["collisions"] for g in values["on_goal"]]
+    assert len({cell.address for cell in cells}) == 4

@@ -43,6 +43,21 @@ def test_the_table_has_a_column_for_what_varies(ppg):
     assert "4/4" in done.err
 
 
+def test_rules_are_columns_of_the_table_and_the_export(ppg):
+    rules = ["--set", "collisions=instants,swept", "--set", "on_goal=remove,stay"]
+    words = ["sweep", "parallel", *rules, "--players", "straight", "--episodes", "50"]
+    head = next(
+        line for line in ppg(*words, "--export", "rows.csv").out.splitlines() if "scenario" in line
+    )
+    assert "collisions" in head
+    assert "on goal" in head
+    with Path("rows.csv").open(newline="") as file:
+        found = [(row["collisions"], row["on_goal"]) for row in csv.DictReader(file)]
+    assert sorted(found) == [
+        ("instants", "remove"), ("instants", "stay"), ("swept", "remove"), ("swept", "stay"),
+    ]  # fmt: skip
+
+
 def test_a_file_gives_the_same_cells(ppg):
     Path("plan.toml").write_text(
         '[sweep]\ngames = ["head_on"]\nplayers = ["straight", "social"]\nepisodes = 100\n'

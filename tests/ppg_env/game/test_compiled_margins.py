@@ -19,14 +19,14 @@ from ppg_env.game.margins import (
 )
 
 
-@pytest.mark.parametrize("unit", [0.0, tol.DEVIATION, 2 * tol.DEVIATION, 0.7])
+@pytest.mark.parametrize("unit", [0.0, 2 * tol.DEVIATION, 0.7])
 @pytest.mark.parametrize(
     "clearance", [-1.0, -2 * tol.LENGTH, -tol.LENGTH, -0.5 * tol.LENGTH, 0.0, 3.0]
 )
 def test_the_margin_of_a_face_has_one_rule(clearance: float, unit: float) -> None:
     expected = float(face_margins(np.array(clearance), np.array(unit)))
     assert face_margin(clearance, unit) == expected
-    noisy = unit > tol.DEVIATION
+    noisy = unit > 0
     assert np.isfinite(expected) == noisy
     assert noisy or (expected > 0) == (clearance >= -tol.LENGTH)
 

@@ -202,7 +202,7 @@ REFUSED = {
     "the corners of an L": lambda: Polytope.from_vertices(
         [[0, 0], [4, 0], [4, 1], [1, 1], [1, 4], [0, 4]]
     ),
-    "too thin for its place": lambda: Polytope.from_vertices([[1e15, 0], [1e15 + 1, 0], [1e15, 1]]),
+    "too far away": lambda: Polytope.from_vertices([[1e18, 0], [1e18 + 1e4, 0], [1e18, 1e4]]),
     "too small": lambda: Polytope.from_vertices([[0, 0], [1e-20, 0], [0, 1e-20]]),
     "an empty set": lambda: Polytope.from_halfspaces([[1, 0], [-1, 0], [0, 1], [0, -1]], [-1] * 4),
     "an unbounded set": lambda: Polytope.from_halfspaces([[1, 0], [-1, 0], [0, 1]], [1, 1, 1]),

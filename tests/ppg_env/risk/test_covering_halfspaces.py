@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from ppg_env.risk.batches import BLOCK, generator
 from ppg_env.risk.covering_halfspaces import cover
 from ppg_env.risk.crash_events import CrashModel, make_crash_model
-from ppg_env.risk.error_process import error_processes
 from tests.oracles.plain_monte_carlo import case
 from tests.ppg_env.strategies import Play, plays
 
@@ -32,7 +31,7 @@ def path_covariance(model: CrashModel, s: int) -> np.ndarray:
 @pytest.mark.parametrize("swept", [False, True])
 def test_responses_are_the_covariances_of_whole_paths(name: str, swept: bool) -> None:
     game, profile = case(name)
-    model = make_crash_model(game, profile, error_processes(game), swept=swept)
+    model = make_crash_model(game, profile, swept=swept)
     halves, d = cover(model), game.dim
     paths = [path_covariance(model, s) for s in range(len(model.processes.loops))]
     for c, (t, normal) in enumerate(zip(halves.times, halves.normals, strict=True)):
@@ -53,7 +52,7 @@ def test_responses_are_the_covariances_of_whole_paths(name: str, swept: bool) ->
 def test_every_crash_lies_in_a_half_space_of_its_encounter(
     play: Play, swept: bool, seed: int
 ) -> None:
-    model = make_crash_model(play.game, play.profile, error_processes(play.game), swept=swept)
+    model = make_crash_model(play.game, play.profile, swept=swept)
     room = model.processes.scratch(model.steps)()
     errors, halves = model.processes.draw(generator(seed), room, True), cover(model)
     covered = np.zeros((len(model.until), BLOCK), dtype=bool)

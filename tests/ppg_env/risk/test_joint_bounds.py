@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from ppg_env import Polytope
-from ppg_env.risk.joint_bounds import log_joint_bound
+from ppg_env.risk.joint_bounds import log_joint_bound, log_joint_tails
 from ppg_env.risk.overlap import log_overlap
 from ppg_env.support.statistics import proportion
 from tests.ppg_env.strategies import bodies, covariances
@@ -97,3 +97,15 @@ def test_it_never_exceeds_what_is_counted(data, place: float, seed: int) -> None
     assert found <= proportion(int(both.sum()), count, 1 - 1e-9).high
     single = log_overlap(one, mean[None], joint[None, : one.dim, : one.dim])[0]
     assert found <= np.exp(single) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("rho", [-0.8, 0.0, 0.5, 0.9, 0.999, 1.0])
+@pytest.mark.parametrize("levels", [(0.5, 0.5), (2.0, 3.0), (-1.0, 2.0), (3.0, 3.0)])
+def test_joint_tails_are_those_of_a_bivariate_normal(
+    rho: float, levels: tuple[float, float]
+) -> None:
+    pair = multivariate_normal([0, 0], [[1, rho], [rho, 1]], allow_singular=True)
+    exact = pair.cdf([-levels[0], -levels[1]])
+    found = np.exp(log_joint_tails(np.array([rho]), *(np.array([level]) for level in levels))[0])
+    assert found == pytest.approx(exact, rel=2e-4, abs=1e-12)
+    assert found <= exact * (1 + 1e-6) + 1e-12

@@ -116,7 +116,10 @@ def test_an_agent_before_a_long_wall_has_the_probability_of_a_half_plane() -> No
 
 def deviations(game: Game, episodes: int, steps: int) -> np.ndarray:
     """(steps + 1, episodes, N, d) simulated deviations of positions."""
-    process, blocks = error_processes(game, merge=False), -(-episodes // BLOCK)
+    process, blocks = (
+        error_processes(game, (None,) * len(game.agents), merge=False),
+        -(-episodes // BLOCK),
+    )
     parts = [process.draw(generator(4, b), process.scratch(steps)(), True) for b in range(blocks)]
     joined = np.concatenate(parts, axis=-1)[:, :, : game.dim, :episodes]
     return joined.transpose(0, 3, 1, 2)
@@ -298,7 +301,9 @@ def test_two_agents_with_equal_feedback_are_drawn_as_one_and_counted_alike() -> 
     unequal = replace(game.agents[1], gain=0.5000001)
     other = Game((game.agents[0], unequal))
     crowd = Game((*game.agents, third))
-    assert [len(error_processes(g).loops) for g in (game, other, crowd)] == [1, 2, 3]
+    assert [
+        len(error_processes(g, (None,) * len(g.agents)).loops) for g in (game, other, crowd)
+    ] == [1, 2, 3]
     counts = [crash_counts(g, straight(g), 100_000, seed=9) for g in (game, other, crowd)]
     found = [each.estimates(SURE)[1] for each in counts]
     assert max(e.low for e in found) < min(e.high for e in found)

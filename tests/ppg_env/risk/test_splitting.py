@@ -179,7 +179,8 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
         simulator.step(random.uniform(-16, 16, (8, len(game.agents), 2)), restart=False)
         kernel.approach(
             tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
-            tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units, closest,
+            tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units[0],
+            closest,
         )  # fmt: skip
         for c in range(8):
             row = min(simulator.clock[c], game.horizon)
@@ -188,7 +189,7 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
                 stands = sorted(int(simulator.status[c, i]) for i in encounter.agents)
                 meet = stands in ([0], [0, 0]) or (stay and stands == [0, 1])
                 if meet:
-                    units = tables.units[row, tables.first_face[e] : tables.first_face[e + 1]]
+                    units = tables.units[0, row, tables.first_face[e] : tables.first_face[e + 1]]
                     faces = encounter.collision
                     gaps = faces.normals @ encounter.displacement(*where) - faces.offsets
                     expected[c] = min(expected[c], (gaps / units).max())

@@ -13,7 +13,6 @@ from ppg_env import Agent, Game, InputError, Polytope, make_game, make_profile
 from ppg_env.game.plan import Profile
 from ppg_env.risk.batches import BLOCK, generator
 from ppg_env.risk.crash_events import make_crash_model
-from ppg_env.risk.error_process import error_processes
 from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.monte_carlo import crash_counts, paired_counts
 from tests.oracles.plain_monte_carlo import case, fly
@@ -65,7 +64,7 @@ def test_watching_steps_sees_what_many_points_between_the_instants_see(
     play: Play, seed: int
 ) -> None:
     game, profile = play.game, play.profile
-    model = make_crash_model(game, profile, error_processes(game), swept=True)
+    model = make_crash_model(game, profile, swept=True)
     errors = model.processes.draw(generator(seed), model.processes.scratch(model.steps)(), True)
     met = model.watch(errors, BLOCK).met
     share = np.linspace(0, 1, 41)[:-1, None, None]  # the end of the last step is not in traffic

@@ -107,7 +107,7 @@ def test_one_sweep_is_not_enough_and_says_so():
 
 @pytest.mark.parametrize(
     ("name", "objective"),
-    [("intersection", "margin"), ("intersection", "risk"), ("opposing", "risk")],
+    [("intersection", "margin"), ("intersection", "risk"), ("head_on", "margin")],
 )
 def test_simultaneous_updates_may_cycle_and_updates_in_turn_do_not(name, objective):
     game = make_game(name, objective=objective, gain=0.0)

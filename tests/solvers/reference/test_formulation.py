@@ -66,10 +66,11 @@ def test_big_m_never_cuts_off_a_plan_that_reaches_its_goal(name, speed):
     program.update(None)
     for part in program.separations:
         i, j = part.encounter.agents
+        (rows,) = part.rows
         until = min(profile[i].arrival, profile[j].arrival)
         apart = profile[i].means[:until] - profile[j].means[:until]
         clear = apart @ part.encounter.collision.normals.T - part.encounter.collision.offsets
-        needed = part.units[:until] * game.margin_cap - part.big.value[:until]
+        needed = rows.units.value[:until] * game.margin_cap - rows.big.value[:until]
         assert (clear >= needed - 1e-6).all()
         assert (part.possible_faces[:until][clear >= 0] == 1).all()
 

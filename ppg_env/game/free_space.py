@@ -1,0 +1,306 @@
+r"""Free space: where an agent's mean can be at each time among bodies on known paths.
+
+Positions are covered by cells.  A cell is blocked during an event if it lies wholly inside one
+collision set, so that no mean can be in it.  With S_t the cells that may hold the mean at t and
+D_t the displacements that a step allows (:mod:`ppg_env.game.step_lengths`),
+
+    S_{t+1} = { c not blocked : c is connected to S_t within the free cells of S_t + D_t }
+
+contains the mean at t + 1, within the reachable sets of an agent alone (without connection where
+bodies keep apart at instants alone).  The
+first t at which the goal's cell is in S_t bounds the arrival from below, and a goal that is in no
+S_t is out of reach: a proof.  That a cell is in S_t proves nothing.
+
+Where bodies move, a step is divided, so that they do not pass over cells in one go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from ppg_env.game.barriers import Barrier, barriers
+from ppg_env.game.cells import SLACK, Cells, connected, dilated
+from ppg_env.game.game import Game
+from ppg_env.game.reachability import earliest_arrival, plan_upper
+from ppg_env.game.step_lengths import position_box, step_directions, step_lengths
+from ppg_env.game.workspace import workspace_limits, workspace_rows
+
+MOST_CELLS = {1: 4_000, 2: 25_000, 3: 120_000}
+"""Largest number of cells by dimension; spaces of more dimensions are not divided."""
+
+PER_STEP = (1, 2, 4, 8, 12, 16, 24, 32)
+"""Numbers of cells per step along an axis, of which the largest affordable one is taken."""
+
+SHARE = 0.05
+"""A step is shorter than a whole number of cells by this part of a cell: rounded up, it is then
+hardly longer."""
+
+ZOOMS = 3
+"""Number of times that cells are made finer within the space that is connected to the start."""
+
+PARTS = (1, 2, 4)
+"""Numbers of parts of a step."""
+
+SPANS = (1, 4)
+"""Numbers of steps over which displacements are bounded at once: cells round each of them up."""
+
+
+@lru_cache(maxsize=1024)
+def earliest_way(game: Game, index: int) -> int | None:
+    """Return a lower bound on the arrival of an agent among the bodies that rest at all times.
+
+    Where there are none, it is the earliest arrival without other bodies.  The result is None if
+    the agent cannot reach its goal within the horizon.
+    """
+    first = earliest_arrival(game.agents[index], game.horizon)
+    if not first or not has_walls(game, index):
+        return first
+    bodies = [body for body in barriers(game, index, {}) if body.rests]
+    later = next(FreeSpace(game, index, bodies).arrivals(), None)
+    return None if later is None else max(first, later)
+
+
+def has_walls(game: Game, index: int) -> bool:
+    """Return whether bodies that rest at all times confine an agent, and cells can show it."""
+    at_rest = any(body.rests for body in barriers(game, index, {}))
+    return at_rest and game.dim in MOST_CELLS
+
+
+class FreeSpace:
+    """The cells that an agent's mean can reach, S_0, S_1, ... of the module's docstring.
+
+    Attributes
+    ----------
+    inner : count only centres of cells, and steps from centre to centre, which proves nothing
+        but shows ways that plans can follow.
+    finer : number of times as many cells.
+    bodies : the bodies that it can meet.
+    cells : the cells; None if goal and start are not connected.
+    reached : the masks S_t, as far as they have been computed.
+    """
+
+    def __init__(
+        self,
+        game: Game,
+        index: int,
+        bodies: Sequence[Barrier],
+        *,
+        inner: bool = False,
+        finer: int = 1,
+    ) -> None:
+        self._game, self._agent = game, game.agents[index]
+        self._rounding, self._most = 0.0 if inner else 1.0, finer * MOST_CELLS[game.dim]
+        self._directions = step_directions(self._agent)
+        self._lengths = step_lengths(self._agent, self._directions, game.horizon)
+        padding = np.zeros((len(self._directions), self._agent.state_dim - game.dim))
+        rows = np.hstack([self._directions, padding])
+        self._upper = plan_upper(self._agent, rows, game.horizon)
+        self._longest = self._extents(self._lengths.max(axis=0))
+        self.start, self.goal = (p[: game.dim] for p in (self._agent.start, self._agent.goal))
+        self._swept = game.collisions == "swept"
+        self.bodies = [body for body in bodies if body.meets(*self._whole_box())]
+        self._kernels: dict[bytes, np.ndarray] = {}
+        self.reached: list[np.ndarray] = []
+        box = self._connected_box() if self._swept else self._whole_box()
+        self.cells = None if box is None else self._fine_cells(*box)
+
+    def _extents(self, lengths: np.ndarray) -> np.ndarray:
+        """Return the longest displacement (d,) along each axis, given ``lengths`` (F,)."""
+        along = np.abs(self._directions).max(axis=1) == 1
+        sizes = np.abs(self._directions[along]) * lengths[along, None]
+        return np.array(sizes.max(axis=0))
+
+    def _whole_box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return a box that holds all positions, a little larger."""
+        low, high = position_box(self._agent, self._game.horizon)
+        room = 1e-3 * self._longest + 4 * SLACK
+        return low - room, high + room
+
+    def _connected_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the box of the space that is connected to the start; None if the goal is not."""
+        whole = self._whole_box()
+        near = self._box_of_bodies(*whole)
+        if self._component(*near, self.goal, self.start, whole) is None:
+            return None
+        box = self._component(*near, self.start, self.goal, whole)
+        for _ in range(ZOOMS):
+            smaller = None if box is None else self._component(*box, self.start, self.goal, box)
+            if box is None or smaller is None:
+                return None
+            done = np.prod(smaller[1] - smaller[0]) > 0.5 * np.prod(box[1] - box[0])
+            box = smaller
+            if done:
+                break
+        return box
+
+    def _box_of_bodies(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the part of a box with start, goal, and all bodies that rest."""
+        points = [self.start, self.goal]
+        for body in self.bodies:
+            if body.rests:
+                points += [bound + body.path[0] for bound in body.collision.bounds]
+        room = 0.05 * np.ptp(points, axis=0) + self._longest + 4 * SLACK
+        return np.maximum(low, np.min(points, axis=0) - room), np.minimum(
+            high, np.max(points, axis=0) + room
+        )
+
+    def _component(
+        self,
+        low: np.ndarray,
+        high: np.ndarray,
+        first: np.ndarray,
+        other: np.ndarray,
+        whole: tuple[np.ndarray, np.ndarray],
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the box of the space connected to ``first``; None if ``other`` is not in it.
+
+        If it reaches a side of the box that is no side of the ``whole`` box, it is the whole box.
+        """
+        extent = high - low
+        size = (extent.prod() / MOST_CELLS[len(extent)]) ** (1 / len(extent))
+        cells = Cells.covering(low, high, np.minimum(extent, size))
+        joined = connected(cells.near(first), ~self._blocked_always(cells))
+        places = np.argwhere(joined)
+        if not len(places):  # a body rests there
+            return None
+        least = cells.low + places.min(axis=0) * cells.size
+        most = cells.low + (places.max(axis=0) + 1) * cells.size
+        if ((least <= low) & (low > whole[0])).any() or ((most >= high) & (high < whole[1])).any():
+            return whole
+        if not (joined & cells.near(other)).any():
+            return None
+        return np.maximum(low, least), np.minimum(high, most)
+
+    def _fine_cells(self, low: np.ndarray, high: np.ndarray) -> Cells:
+        """Return cells of which a longest step along each axis is nearly a whole number."""
+        extent, dim = high - low, self._agent.dim
+        longest = np.where(self._longest > 10 * SLACK, self._longest, extent)
+        steps = np.maximum(extent / longest, 1.0)
+        most = (self._most / steps.prod()) ** (1 / dim)
+        # Multiples of the number of parts, so that parts are nearly whole numbers as well.
+        count = max((n for n in PER_STEP if n <= most), default=1)
+        return Cells.around(self.start, low, high, longest / (count - SHARE))
+
+    def _blocked_always(self, cells: Cells) -> np.ndarray:
+        """Return the cells outside the workspace or inside a body that rests."""
+        agent, d = self._agent, self._agent.dim
+        rows = workspace_rows(agent)
+        places = ~rows[:, d:].any(axis=1)
+        limits = workspace_limits(agent, self._game.horizon).max(axis=0)
+        blocked = cells.beyond(rows[places, :d], limits[places])
+        for body in self.bodies:
+            if body.rests:
+                cells.block(blocked, body.collision, body.path[:1], self._rounding)
+        return blocked
+
+    def arrivals(self) -> Iterator[int]:
+        """Yield the times at which the goal may be reached, in ascending order."""
+        if self.cells is None:
+            return
+        always = self._blocked_always(self.cells)
+        goals, reached = self.cells.near(self.goal), self.cells.near(self.start)
+        moving = [body for body in self.bodies if not body.rests]
+        self.reached = [reached]
+        advance = self._along_step if self._swept else self._at_instant
+        for t in range(self._game.horizon):
+            moved, reached = advance(self.cells, reached, always, moving, t)
+            # Cells round every step up; longer spans and reachable sets do not.
+            near = ~self.cells.beyond(self._directions, self._upper[t + 1])
+            for span in SPANS[not moving :]:
+                if span <= t + 1:
+                    near &= self._within_span(self.cells, t, span)
+            moved, reached = moved & near, reached & near
+            self.reached.append(reached)
+            if (moved & goals).any():
+                yield t + 1
+            if not reached.any():
+                return
+
+    def _along_step(
+        self,
+        cells: Cells,
+        reached: np.ndarray,
+        always: np.ndarray,
+        moving: Sequence[Barrier],
+        t: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return twice the cells reached at t + 1, connected to those ``reached`` at t."""
+        around = [body for body in moving if t < body.until]
+        parts = _parts(around, t)
+        kernel = self.kernel(cells, self._lengths[t] / parts)
+        for part in range(parts):
+            ends = np.array([part, part + 1]) / parts
+            free = ~self._blocked(cells, always, around, t, ends)
+            reached = connected(reached, dilated(reached, kernel) & free)
+        return reached, reached
+
+    def _at_instant(
+        self,
+        cells: Cells,
+        reached: np.ndarray,
+        always: np.ndarray,
+        moving: Sequence[Barrier],
+        t: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cells within a step of those ``reached`` at t, and the free ones of them.
+
+        At its arrival, an agent is out of traffic.
+        """
+        moved = dilated(reached, self.kernel(cells, self._lengths[t]))
+        around = [body for body in moving if t + 1 < body.until]
+        return moved, moved & ~self._blocked(cells, always, around, t + 1, np.zeros(1))
+
+    def _blocked(
+        self,
+        cells: Cells,
+        always: np.ndarray,
+        around: Sequence[Barrier],
+        t: int,
+        ends: np.ndarray,
+    ) -> np.ndarray:
+        """Return the cells blocked from ``ends[0]`` to ``ends[-1]`` of the step from t on."""
+        if not around:
+            return always
+        blocked = always.copy()
+        for body in around:
+            moves = body.path[min(t + 1, len(body.path) - 1)] - body.path[t]
+            shifts = body.path[t] + ends[:, None] * moves
+            cells.block(blocked, body.collision, shifts, self._rounding)
+        return blocked
+
+    def _within_span(self, cells: Cells, t: int, span: int) -> np.ndarray:
+        """Return the cells within the last ``span`` steps up to t + 1 of those reached before."""
+        lengths = self._lengths[t + 1 - span : t + 1].sum(axis=0)
+        return dilated(self.reached[t + 1 - span], self.kernel(cells, lengths))
+
+    def step_kernel(self, cells: Cells, t: int) -> np.ndarray:
+        """Return the :meth:`kernel` of step t."""
+        return self.kernel(cells, self._lengths[t])
+
+    def kernel(self, cells: Cells, lengths: np.ndarray) -> np.ndarray:
+        """Return the mask of displacements between cells within ``lengths``, none in its middle.
+
+        A displacement is included if it connects any points of the cells.
+        """
+        key = lengths.tobytes()
+        if key not in self._kernels:
+            most = np.ceil(self._extents(lengths) / cells.size)
+            most = np.minimum(most, cells.shape).astype(int)
+            axes = [np.arange(-m, m + 1) * h for m, h in zip(most, cells.size, strict=True)]
+            moves = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) @ self._directions.T
+            room = self._rounding * (np.abs(self._directions) @ cells.size)
+            self._kernels[key] = (moves <= lengths + room).all(axis=-1)
+        return self._kernels[key]
+
+
+def _parts(around: Sequence[Barrier], t: int) -> int:
+    """Return the number of parts of step t, each too short to pass over a body."""
+    most = 1.0
+    for body in around:
+        low, high = body.collision.bounds
+        moves = np.abs(body.path[t + 1] - body.path[t])
+        most = max(most, 4 * float((moves / (high - low)).max()))
+    return min((count for count in PARTS if count >= most), default=max(PARTS))

@@ -1,0 +1,144 @@
+r"""First plans of a single agent among walls: ways through the cells of its free space.
+
+Branch and bound finds a way through a maze only after many linear programs.  Cells
+(:mod:`ppg_env.game.free_space`) show it at once: from the goal at a possible arrival, back through
+cells that were reached one step before, as far from bodies as they can be.  The faces along this
+way make a linear program, whose plans are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from ppg_env.game.barriers import Barrier, barriers
+from ppg_env.game.free_space import FreeSpace
+from solvers.budget import Budget
+from solvers.engine.fixed_arrival_lp import FixedProgram
+from solvers.engine.node_lp import Relaxation
+from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.pricing import PricedProfile, price
+
+TRIALS = 8
+"""Number of arrivals at which a way is looked for, from the earliest one on."""
+
+FINENESS = (1, 4)
+"""Numbers of times as many cells, in turn until a plan takes no longer than the bound."""
+
+CLEAR = 1.5
+"""Clearance in sizes of a cell beyond which more is no better."""
+
+
+@dataclass(frozen=True)
+class FirstPlans:
+    """What free space shows about a single mover among the plans of the others.
+
+    Attributes
+    ----------
+    earliest : lower bound on its arrival; None if it cannot arrive within the horizon.
+    plans : feasible plans, if some were found.
+    """
+
+    earliest: int | None
+    plans: PricedProfile | None
+
+
+def find_first_plans(subproblem: Subproblem, budget: Budget) -> FirstPlans:
+    """Return a bound on the arrival of the only mover, and plans along a way through its cells."""
+    (mover,) = subproblem.movers
+    bodies = barriers(subproblem.game, mover, subproblem.given)
+    space = FreeSpace(subproblem.game, mover, bodies)
+    arrivals = list(islice(space.arrivals(), TRIALS))
+    if not arrivals:
+        return FirstPlans(None, None)
+    best: PricedProfile | None = None
+    for finer in FINENESS:
+        sure = FreeSpace(subproblem.game, mover, bodies, inner=True, finer=finer)
+        last = next(sure.arrivals(), None)
+        ways = [space, sure] if finer == 1 else [sure]
+        for arrival in arrivals:
+            if best is not None and arrival >= (best.profile[mover].arrival or 0):
+                break
+            for way in _ways(ways, last, arrival):
+                plans = None if budget.out else _plans_along(subproblem, way, budget)
+                if plans is not None and (best is None or plans.value < best.value):
+                    best = plans
+        if best is not None and best.profile[mover].arrival == arrivals[0]:
+            break
+    return FirstPlans(arrivals[0], best)
+
+
+def _ways(spaces: list[FreeSpace], last: int | None, arrival: int) -> Iterator[np.ndarray]:
+    """Yield ways that take ``arrival`` steps, the last space's from those that take ``last``."""
+    if len(spaces) > 1 and (way := _way(spaces[0], arrival)) is not None:
+        yield way
+    if last is not None and (way := _way(spaces[-1], last)) is not None:
+        yield _in_time(way, arrival)
+
+
+def _in_time(way: np.ndarray, arrival: int) -> np.ndarray:
+    """Return the same way (T+1, d) at the speed at which it takes ``arrival`` steps."""
+    times = np.linspace(0, len(way) - 1, arrival + 1)
+    columns = [np.interp(times, np.arange(len(way)), column) for column in way.T]
+    return np.array(columns).T
+
+
+def _plans_along(subproblem: Subproblem, way: np.ndarray, budget: Budget) -> PricedProfile | None:
+    """Return plans with the faces along a ``way`` (T+1, d) of the only mover, if there are any."""
+    (mover,), game, arrivals = subproblem.movers, subproblem.game, len(way) - 1
+    presolved = presolve_encounters(subproblem, subproblem.encounters, {mover: arrivals})
+    if presolved is None:
+        return None
+    means = np.zeros((len(way), game.agents[mover].state_dim))
+    means[:, : game.dim] = way
+    program = FixedProgram(subproblem, {mover: arrivals}, presolved)
+    point = Relaxation(program, 0.0, budget).solve_near([means] * len(game.agents))
+    if point is None:
+        return None
+    return price(subproblem.objective, program.controls_at(point), subproblem.given)
+
+
+def _way(space: FreeSpace, arrival: int) -> np.ndarray | None:
+    """Return positions (T+1, d) of a way to the goal, from cell to cell; None if it breaks off."""
+    cells = space.cells
+    assert cells is not None
+    way = np.empty((arrival + 1, len(space.goal)))
+    way[0], way[arrival] = space.start, space.goal
+    for t in range(arrival - 1, 0, -1):
+        corner = np.floor((way[t + 1] - cells.low) / cells.size).astype(int)
+        kernel = space.step_kernel(cells, t)
+        before = corner - (np.argwhere(kernel) - np.array(kernel.shape) // 2)
+        before = before[((before >= 0) & (before < cells.shape)).all(axis=1)]
+        before = before[space.reached[t][tuple(before.T)]]
+        if not len(before):
+            return None
+        places = cells.centres(before)
+        clear = _clearances(space.bodies, places, way[t + 1], t)
+        clear = np.minimum(clear, CLEAR * float(cells.size.max()))
+        # Among the clearest, prefer cells that were reached long ago, then short steps.
+        age = _first_reached(space, before, t)
+        length = np.abs(places - way[t + 1]).sum(axis=1)
+        way[t] = places[np.lexsort((length, age, -np.round(clear / cells.size.max(), 1)))[0]]
+    return way
+
+
+def _clearances(bodies: list[Barrier], places: np.ndarray, after: np.ndarray, t: int) -> np.ndarray:
+    """Return the least clearance (K,) from all bodies on the steps from ``places`` to ``after``."""
+    result = np.full(len(places), np.inf)
+    for body in bodies:
+        if t >= body.until:
+            continue
+        normals, offsets = body.collision.faces
+        before = (places - body.path[t]) @ normals.T - offsets
+        end = normals @ (after - body.path[t + 1]) - offsets
+        result = np.minimum(result, np.minimum(before, end).max(axis=1))
+    return result
+
+
+def _first_reached(space: FreeSpace, cells: np.ndarray, t: int) -> np.ndarray:
+    """Return the first time (K,) up to t at which each of ``cells`` was reached."""
+    masks = np.array([mask[tuple(cells.T)] for mask in space.reached[: t + 1]])
+    return np.asarray(masks.argmax(axis=0))

@@ -1,0 +1,151 @@
+"""Results depend neither on the unit of length or time, nor on where the origin lies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ppg_env import Agent, Game, Polytope, make_game, straight_plan
+from ppg_env.game import HalfSpaces, Obstacle, evaluate, make_profile
+from solvers import best_response, best_response_dynamics, certify, social_optimum
+from solvers.solution import Status
+
+SCALES = [1e-9, 1e-7, 1e-3, 7.0, 1e4, 1e7, 1e9]
+SHIFTS = [(0.0, 0.0), (1.5e7, -1.5e7), (-3.0e5, 0.0)]
+
+
+def moved(game: Game, scale: float, shift: tuple[float, ...] = (0.0, 0.0)) -> Game:
+    """The game with x' = scale (x + shift), written as a user would write it."""
+    offset = np.array(shift)
+
+    def body(polytope: Polytope, place: np.ndarray | float = 0.0) -> Polytope:
+        return Polytope.from_vertices(scale * (polytope.vertices + place))
+
+    agents = []
+    for agent in game.agents:
+        d, n = agent.dim, agent.state_dim
+        whole = np.concatenate([offset, np.zeros(n - d)])
+        agents.append(
+            replace(
+                agent,
+                start=scale * (agent.start + whole),
+                goal=scale * (agent.goal + whole[: agent.goal.size]),
+                shape=body(agent.shape),
+                control=body(agent.control),  # type: ignore[arg-type]
+                noise=scale**2 * agent.noise,
+                sigma0=scale**2 * agent.sigma0,
+                effort=agent.effort / scale,
+                within=tuple(
+                    HalfSpaces(
+                        w.normals, scale * (w.offsets + w.normals @ whole[: w.dim]), w.sigmas
+                    )
+                    for w in agent.within
+                ),
+            )
+        )
+    walls = [Obstacle(body(wall.shape, offset)) for wall in game.obstacles]
+    return replace(game, agents=tuple(agents), obstacles=tuple(walls))
+
+
+def in_time(agent: Agent, tick: float) -> Agent:
+    """A double integrator with velocities per second and steps of ``tick`` seconds."""
+    d = agent.dim
+    turn = np.diag([1.0] * d + [1 / tick] * d)
+    back = np.linalg.inv(turn)
+    return replace(
+        agent,
+        start=turn @ agent.start,
+        goal=turn @ agent.goal,
+        A=turn @ agent.A @ back,
+        B=turn @ agent.B * tick**2,
+        control=Polytope.from_vertices(agent.control.vertices / tick**2),  # type: ignore[union-attr]
+        gain=agent.gain @ back / tick**2,
+        noise=turn @ agent.noise @ turn,
+        within=tuple(HalfSpaces(w.normals @ back, w.offsets, w.sigmas) for w in agent.within),
+    )
+
+
+GAMES = {
+    "head_on": lambda: make_game("head_on", speed="l1", objective="risk", lam=0.8),
+    "swept": lambda: make_game(
+        "head_on", speed="l1", objective="risk", lam=0.8, collisions="swept", on_goal="stay"
+    ),
+    "effort": lambda: make_game("opposing", collisions="swept", effort=0.02, reserve=1.0),
+    "walls": lambda: make_game("corridor", objective="risk", lam=0.8, collisions="swept"),
+}
+
+
+def integrators() -> Game:
+    """Two double integrators with speed limits that pass each other."""
+    A = np.block([[np.eye(2), np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
+    B = np.vstack([0.5 * np.eye(2), np.eye(2)])
+    limits = HalfSpaces.between([-np.inf, -np.inf, -3, -3], [np.inf, np.inf, 3, 3])
+    agents = tuple(
+        Agent(
+            start=[-8.0 * side, 0.0, 0.0, 0.0], goal=[8.0 * side, 0.0, 0.0, 0.0],
+            shape=Polytope.box([2.0, 2.0]), control=Polytope.box([2.0, 2.0]), A=A, B=B,
+            gain=np.hstack([0.3 * np.eye(2), 0.8 * np.eye(2)]), noise=0.01, lam=0.8,
+            within=(limits,),
+        )
+        for side in (1, -1)
+    )  # fmt: skip
+    return Game(agents, horizon=14, objective="risk", collisions="swept")
+
+
+def assert_same_results(game: Game, other: Game) -> None:
+    flights = [[straight_plan(a, g.horizon) for a in g.agents] for g in (game, other)]
+    assert [f and f.arrival for f in flights[0]] == [f and f.arrival for f in flights[1]]
+    optima = [social_optimum(g) for g in (game, other)]
+    assert [s.status for s in optima] == [Status.OPTIMAL] * 2
+    assert optima[1].value == pytest.approx(optima[0].value, abs=1e-6)
+    assert optima[1].evaluation.violations() == ()
+    profile = make_profile(
+        other,
+        [
+            plan.controls
+            * (float(np.abs(b.control.vertices).max() / np.abs(a.control.vertices).max()))
+            for plan, a, b in zip(optima[0].profile, game.agents, other.agents, strict=True)
+        ],
+    )
+    judged = evaluate(other, profile)
+    assert judged.violations() == ()
+    np.testing.assert_allclose(judged.shifted_cost, optima[0].evaluation.shifted_cost, atol=1e-6)
+    responses = [
+        best_response(g, 0, p).value for g, p in ((game, optima[0].profile), (other, profile))
+    ]
+    assert responses[1] == pytest.approx(responses[0], abs=1e-6)
+    regrets = [certify(g, p).regret for g, p in ((game, optima[0].profile), (other, profile))]
+    np.testing.assert_allclose(regrets[1], regrets[0], atol=1e-6)
+    equilibrium = best_response_dynamics(other)
+    assert equilibrium.status is Status.EQUILIBRIUM
+    assert equilibrium.evaluation.violations() == ()
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("name", ["head_on", "swept"])
+def test_results_do_not_depend_on_the_unit_of_length(name, scale):
+    game = GAMES[name]()
+    assert_same_results(game, moved(game, scale))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shift", SHIFTS)
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("name", GAMES)
+def test_results_do_not_depend_on_unit_and_origin(name, scale, shift):
+    game = GAMES[name]()
+    assert_same_results(game, moved(game, scale, shift))
+
+
+@pytest.mark.parametrize("tick", [1e-4, 0.05, 1.0, 3600.0])
+def test_results_do_not_depend_on_the_unit_of_time(tick):
+    game = integrators()
+    assert_same_results(game, replace(game, agents=tuple(in_time(a, tick) for a in game.agents)))
+
+
+@pytest.mark.parametrize("shift", SHIFTS[1:])
+def test_results_do_not_depend_on_the_origin(shift):
+    game = GAMES["head_on"]()
+    assert_same_results(game, moved(game, 1.0, shift))
