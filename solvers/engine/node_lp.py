@@ -110,8 +110,8 @@ class Relaxation:
 
     def _solve_with_best(self, values: np.ndarray) -> np.ndarray | None:
         """Return the optimum with the face of largest value (F,) of each disjunction, if any."""
-        best = [part.argmax() for part in np.split(values, self.faces.first[1:])]
-        self.set_faces(tuple((k, int(p)) for k, p in enumerate(best) if self.program.disjunctions))
+        parts = np.split(values, self.faces.first[1:]) if self.program.disjunctions else []
+        self.set_faces(tuple((k, int(part.argmax())) for k, part in enumerate(parts)))
         solution = self.solve()
         return None if solution is None or solution[0] == inf else solution[1]
 
