@@ -63,11 +63,33 @@ _GAME_OPTIONS: dict[str, Any] = {
         str | None, typer.Option(metavar="margin|risk", help="Safety cost of the objective.")
     ],
     "crash_cost": Annotated[float | None, typer.Option(metavar="C", help="Cost of a crash.")],
+    "collisions": Annotated[
+        str | None,
+        typer.Option(
+            metavar="instants|swept", help="Bodies keep apart at the steps, or between them too."
+        ),
+    ],
+    "on_goal": Annotated[
+        str | None,
+        typer.Option(metavar="remove|stay", help="An arrived body leaves, or stays in the way."),
+    ],
+    "reserve": Annotated[
+        str | None,
+        typer.Option(
+            metavar="Z", help="Standard deviations of feedback left free; or one per agent."
+        ),
+    ],
+    "effort": Annotated[
+        str | None, typer.Option(metavar="W", help="Cost of the sum of |u|_1; or one per agent.")
+    ],
     "speed": Annotated[str | None, typer.Option(metavar="box|l1|disc", help="Set of velocities.")],
     "noise": Annotated[
         float | None, typer.Option(metavar="V", help="Noise variance per step and axis.")
     ],
 }
+
+_PER_AGENT = ("lam", "gain", "reserve", "effort")
+"""Game options that take one number, or one per agent."""
 
 _PLANNER_OPTIONS: dict[str, Any] = {
     "solver": Annotated[
@@ -117,7 +139,7 @@ def with_game_options(command: Command) -> Command:
     options = [_option(name, hint, None) for name, hint in _GAME_OPTIONS.items()]
 
     def overrides(values: dict[str, Any]) -> dict[str, Any]:
-        given = values | {name: numbers(name, values[name]) for name in ("lam", "gain")}
+        given = values | {name: numbers(name, values[name]) for name in _PER_AGENT}
         return {name: value for name, value in given.items() if value is not None}
 
     return _expanded(command, "overrides", options, overrides)

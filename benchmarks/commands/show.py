@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -56,8 +57,43 @@ def _print(game: Game, call: str) -> None:
         COLUMNS,
         [_cells(game, i) for i in range(len(game.agents))],
         f"horizon {game.horizon}, objective {game.objective}, margin cap {game.margin_cap:g}, "
-        f"crash cost {game.crash_cost:g}",
+        f"crash cost {game.crash_cost:g}, collisions {game.collisions}, on_goal {game.on_goal}"
+        + "".join(f"\n{line}" for line in (*_limits(game), *_moving(game))),
     )
+
+
+def _limits(game: Game) -> Iterator[str]:
+    """Yield a line per agent that has a workspace, a reserve or a cost of effort."""
+    for name, agent in zip(game.agent_names, game.agents, strict=True):
+        parts = [
+            f"within {len(region.offsets)} half-spaces of {_space(agent, region.dim)}"
+            + (f", {region.sigmas:g} sigma clear" if region.sigmas else "")
+            for region in agent.within
+        ]
+        parts += [
+            f"{key} {getattr(agent, key):g}" for key in ("reserve", "effort") if getattr(agent, key)
+        ]
+        if parts:
+            yield f"{name}: " + "; ".join(parts)
+
+
+def _space(agent: Agent, dim: int) -> str:
+    return "positions" if dim == agent.dim else "states"
+
+
+def _moving(game: Game) -> Iterator[str]:
+    """Yield a line per obstacle that moves, is uncertain or leaves."""
+    for k, obstacle in enumerate(game.obstacles):
+        parts = []
+        if obstacle.path is not None:
+            ends = (obstacle.path[0], obstacle.path[-1])
+            parts.append(f"moves from {_vector(ends[0])} to {_vector(ends[1])} by {obstacle.rest}")
+        if obstacle.noise.any():
+            parts.append(f"noise {obstacle.noise.diagonal().max():g} per step")
+        if obstacle.until is not None:
+            parts.append(f"gone from {obstacle.until}")
+        if parts:
+            yield f"obstacle[{k}]: " + "; ".join(parts)
 
 
 def _cells(game: Game, i: int) -> tuple[str, ...]:

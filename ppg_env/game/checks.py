@@ -13,10 +13,13 @@ from ppg_env.game.dynamics import check_growth
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.obstacle import Obstacle
+from ppg_env.game.reserve import planned_controls
 
 
 def check_agents(agents: Sequence[Agent], horizon: int) -> None:
-    """Refuse agents that start or end outside their workspaces, or exceed double arithmetic.
+    """Refuse agents outside their workspaces, without controls, or too large for arithmetic.
+
+    They start or end outside, or the reserve leaves no control, or errors outgrow doubles.
 
     Raises
     ------
@@ -27,6 +30,7 @@ def check_agents(agents: Sequence[Agent], horizon: int) -> None:
         with placed(f"agent[{i}]"):
             _check_scales(agent)
             check_growth(agent, horizon)
+            planned_controls(agent, horizon)  # raises if the reserve leaves none
             _check_workspace(agent)
 
 

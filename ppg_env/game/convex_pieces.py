@@ -60,15 +60,21 @@ def _simplified(points: np.ndarray) -> np.ndarray:
         for k in range(len(kept)):
             before, here, after = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
             if abs(_turn(before, here, after)) <= tol.FLAT * scale**2:
+                require(
+                    float((here - before) @ (after - here)) >= 0,
+                    "polygon",
+                    f"folds back at {here.tolist()!s:.60}",
+                    "remove that corner",
+                )
                 del kept[k]
                 changed = True
                 break
     return np.array(kept)
 
 
-def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> Any:
     """Return twice the signed area of a triangle, positive if it turns left."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _area(ring: np.ndarray) -> float:
@@ -115,43 +121,43 @@ def _triangles(order: list[int], ring: np.ndarray) -> list[list[int]]:
 
 
 def _is_ear(k: int, order: list[int], ring: np.ndarray) -> bool:
+    """Return whether corner k turns left and no other corner is in its triangle, edges included."""
     before, here, after = order[k - 1], order[k], order[(k + 1) % len(order)]
     a, b, c = ring[before], ring[here], ring[after]
     if _turn(a, b, c) <= 0:
         return False
-    return not any(
-        min(_turn(a, b, p), _turn(b, c, p), _turn(c, a, p)) >= 0
-        for p in (ring[q] for q in order if q not in (before, here, after))
-    )
+    others = ring[[q for q in order if q not in (before, here, after)]].T
+    inside = (_turn(a, b, others) >= 0) & (_turn(b, c, others) >= 0) & (_turn(c, a, others) >= 0)
+    return not np.any(inside)
 
 
 def _merged(pieces: list[list[int]], ring: np.ndarray) -> list[list[int]]:
-    """Return the pieces after neighbours were joined while the result is convex."""
-    merging = True
-    while merging:
-        merging = False
-        for i in range(len(pieces)):
-            for j in range(i + 1, len(pieces)):
-                union = _joined(pieces[i], pieces[j])
-                if union is not None and _is_convex(union, ring):
-                    pieces[i] = union
-                    del pieces[j]
-                    merging = True
-                    break
-            if merging:
-                break
-    return pieces
+    """Return the pieces after those on both sides of a diagonal were joined where that is convex.
+
+    A diagonal that a corner needs stays needed when others are removed, so one pass suffices.
+    """
+    joined: list[list[int] | None] = list(pieces)
+    owner = {side: k for k, piece in enumerate(pieces) for side in _sides(piece)}
+    for a, b in list(owner):
+        if a > b or (b, a) not in owner:
+            continue
+        i, j = owner[a, b], owner[b, a]
+        union = _joined(joined[i] or [], joined[j] or [], a, b)
+        if _is_convex(union, ring):
+            joined[i], joined[j] = union, None
+            owner |= dict.fromkeys(_sides(union), i)
+            del owner[a, b], owner[b, a]
+    return [piece for piece in joined if piece is not None]
 
 
-def _joined(first: list[int], second: list[int]) -> list[int] | None:
-    """Return the outline of two pieces that share a side; None if they share none."""
-    sides = {side: k for k, side in enumerate(pairwise([*second, second[0]]))}
-    for k, (a, b) in enumerate(pairwise([*first, first[0]])):
-        if (b, a) in sides:
-            m = sides[b, a]
-            rest = [p for p in [*second[m + 1 :], *second[: m + 1]] if p not in (a, b)]
-            return [*first[: k + 1], *rest, *first[k + 1 :]]
-    return None
+def _sides(piece: list[int]) -> list[tuple[int, int]]:
+    return list(pairwise([*piece, piece[0]]))
+
+
+def _joined(first: list[int], second: list[int], a: int, b: int) -> list[int]:
+    """Return the outline of two pieces: the first has the side a -> b, the second b -> a."""
+    k, m = first.index(b), second.index(a)
+    return [*first[k:], *first[:k], *second[m + 1 :], *second[:m]][:-1]  # b came first
 
 
 def _is_convex(piece: list[int], ring: np.ndarray) -> bool:

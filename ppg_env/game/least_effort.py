@@ -46,9 +46,9 @@ def straight_plan(agent: Agent, horizon: int) -> Plan | None:
 def _straight(agent: Agent, horizon: int) -> Plan | None:
     """Return :func:`straight_plan` of an agent in its own units."""
     select, power, blocks = goal_selector(agent), np.eye(agent.state_dim), []
-    plan = make_plan(agent, np.zeros((horizon, agent.control_dim)))
-    if plan.arrival == 0:
-        return plan
+    idle = make_plan(agent, np.zeros((horizon, agent.control_dim)))
+    if idle.arrival == 0:
+        return idle
     sets, possible, fastest = planned_controls(agent, horizon), _possible(agent, horizon), None
     for t in range(1, horizon + 1):
         blocks.append(power @ agent.B)

@@ -35,7 +35,9 @@ def planned_controls(agent: Agent, horizon: int) -> Controls:
     for step in range(horizon):
         admissible = agent.control_at(step)
         normals = admissible.normals
-        asked = np.sqrt(np.maximum(np.einsum("fi,ij,fj->f", normals, spread[step], normals), 0.0))
+        variance = np.einsum("fi,ij,fj->f", normals, spread[step], normals)
+        rounding = 1e-14 * np.abs(spread[step]).max()  # across a flat set, nothing may be asked
+        asked = np.sqrt(np.where(variance > rounding, variance, 0.0))
         try:
             reduced = _reduced(admissible, agent.reserve * asked)
         except InputError:

@@ -39,6 +39,69 @@ def test_a_game_is_shown_with_its_overrides(ppg):
     assert head["crash_cost"] == 50.0
 
 
+def test_options_say_what_counts_as_a_collision_and_what_an_agent_pays(ppg):
+    options = ["--collisions", "swept", "--on-goal", "stay", "--reserve", "0.5", "--effort", "0,2"]
+    shown = ppg("show", "head_on", *options, "--json").json
+    assert (shown["game"]["collisions"], shown["game"]["on_goal"]) == ("swept", "stay")
+    assert [agent["reserve"] for agent in shown["agent"]] == [0.5, 0.5]
+    assert [agent.get("effort", 0.0) for agent in shown["agent"]] == [0.0, 2.0]
+    table = ppg("show", "head_on", *options).out
+    assert "collisions swept, on_goal stay" in table
+    assert "agent_0: reserve 0.5\n" in table
+    assert "agent_1: reserve 0.5; effort 2" in table
+
+
+def test_a_solution_follows_the_options(ppg):
+    def solved(*options):
+        return ppg("solve", "head_on", "--solution", "social", *options, "--json").json
+
+    plain, costly = solved(), solved("--effort", "0.1")
+    efforts = [sum(abs(u) for row in rows for u in row) for rows in costly["controls"]]
+    assert costly["shifted_cost"] == pytest.approx(
+        [0.5 * t + d * 0.5 + 0.1 * e for t, d, e in
+         zip(costly["arrival"], costly["deficit"], efforts, strict=True)], abs=1e-5
+    )  # fmt: skip
+    assert sum(costly["shifted_cost"]) > sum(plain["shifted_cost"]) + 10
+    assert solved("--reserve", "1")["arrival"] >= [10, 10] > [9, 9] == plain["arrival"]
+    assert solved("--collisions", "swept", "--on-goal", "stay")["status"] == "optimal"
+
+
+MOVING = """
+[game]
+horizon = 12
+on_goal = "stay"
+[[agent]]
+start = [0.0, 0.0]
+goal = [40.0, 0.0]
+shape = { box = [3.0, 3.0] }
+control = { box = [20.0, 10.0] }
+gain = 0.5
+within = { low = [-5.0, -inf], high = [60.0, 9.0], sigmas = 1.0 }
+[[obstacle]]
+box = [2.0, 2.0]
+path = [[10.0, 20.0], [10.0, 10.0]]
+noise = 0.1
+until = 8
+[[obstacle]]
+polygon = [[20, 20], [24, 20], [24, 21], [21, 21], [21, 24], [20, 24]]
+"""
+
+
+def test_a_file_without_the_rule_of_collisions_is_swept_and_written_so(ppg, tmp_path):
+    file, copy = tmp_path / "moving.toml", tmp_path / "copy.toml"
+    file.write_text(MOVING, encoding="utf-8")
+    shown = ppg("show", file, "--out", copy).out
+    assert "agent_0: within 3 half-spaces of positions, 1 sigma clear" in shown
+    assert "moves from (10, 20) to (10, 10) by 1; noise 0.1 per step; gone from 8" in shown
+    assert 'collisions = "swept"' in copy.read_text(encoding="utf-8")
+    assert make_game(copy) == make_game(file)
+    assert make_game(copy).collisions == "swept"
+    assert len(make_game(copy).obstacles) == 3
+    paper = tmp_path / "paper.toml"
+    ppg("show", "head_on", "--out", paper)
+    assert make_game(paper).collisions == "instants"
+
+
 @pytest.mark.parametrize("name", ["intersection", "course", "circle(3)"])
 def test_a_game_written_to_a_file_is_the_same_game(ppg, tmp_path, name):
     file = tmp_path / "game.toml"

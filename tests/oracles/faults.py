@@ -18,6 +18,8 @@ VALID: dict[str, Any] = {
         "objective": "risk",
         "crash_cost": 50.0,
         "scale": "exact",
+        "collisions": "swept",
+        "on_goal": "stay",
         "name": "valid",
     },
     "agent": [
@@ -41,6 +43,12 @@ VALID: dict[str, Any] = {
             "shape": {"normals": [[1, 0], [-1, 0], [0, 1], [0, -1]], "offsets": [3, 3, 2, 2]},
             "control": [{"l1": 9.0}, {"from": 3, "box": [4.0, 5.0]}],
             "noise": 1.5,
+            "within": [
+                {"low": [-40.0, -40.0], "high": [60.0, INF], "sigmas": 1.0},
+                {"normals": [[1, 1]], "offsets": [90.0]},
+            ],
+            "reserve": 0.5,
+            "effort": 0.01,
             "name": "bert",
         },
         {
@@ -48,11 +56,14 @@ VALID: dict[str, Any] = {
             "goal": [60.0, 50.0],
             "shape": {"box": [5.0, 6.0]},
             "control": {"box": [10.0, 9.0]},
+            "within": {"box": [99.0, 99.0]},
         },
     ],
     "obstacle": [
         {"vertices": [[30.0, 30.0], [40.0, 30.0], [35.0, 40.0]]},
         {"normals": [[1, 0], [-1, 0], [0, 1], [0, -1]], "offsets": [-40, 50, 3, 3]},
+        {"box": [2.0, 2.0], "path": [[80.0, 0.0], [80.0, 9.0]], "noise": 0.2, "until": 6},
+        {"polygon": [[70, 70], [80, 70], [80, 72], [72, 72], [72, 80], [70, 80]]},
     ],
 }
 MISSING = "the key is missing"
@@ -66,6 +77,9 @@ FAULTS: dict[str, list[Any]] = {
     "game.objective": ["safety", "", 3, True, ["risk"], {}],
     "game.crash_cost": [-1, 10**400, "much", True, NAN, INF, [1.0]],
     "game.scale": ["inexact", "", 1, ["exact"]],
+    "game.collisions": ["sweep", "", 1, ["swept"]],
+    "game.on_goal": ["leave", "", True, {}],
+    "game.on_gaol": ["stay"],
     "game.name": [5, True, ["a"], {}],
     "agents": [[]],
     "agent": [MISSING, [], 3, "anna", {}, ["anna"], [[1]]],
@@ -97,6 +111,32 @@ FAULTS: dict[str, list[Any]] = {
     "agent.0.sigma0": [[[1.0, 0.5], [0.4, 1.0]], [[0.0, 1.0], [1.0, 0.0]], -1, NAN, "x", [], {}],
     "agent.0.A": [[[1.0]], [[1, 0], [0]], [[NAN, 0], [0, 1]], 1.0, "x", True, [], {}],
     "agent.0.B": [[[1.0, 0.0]], [[1, 0], [0]], [[INF, 0], [0, 1]], 1.0, "x", [], {}],
+    "agent.1.reserve": [-1.0, 99.0, "x", True, NAN, [1.0], {}],
+    "agent.1.effort": [-1.0, "x", True, NAN, INF, [1.0], {}],
+    "agent.1.within": [
+        3,
+        "x",
+        [3],
+        {},
+        {"lo": [0.0, 0.0]},
+        {"low": [0.0, 0.0]},
+        {"high": [0.0, 0.0]},
+        {"low": [-40.0], "high": [60.0, 60.0]},
+        {"low": [-40.0, 50.0], "high": [60.0, 40.0]},
+        {"low": ["a", "b"], "high": [60.0, 40.0]},
+        {"low": [[1.0], [1.0, 2.0]], "high": [60.0, 40.0]},
+        {"low": [-INF, -INF], "high": [INF, INF]},
+        {"low": [NAN, -40.0], "high": [60.0, 60.0]},
+        {"low": [-40.0, -40.0], "high": [60.0, 60.0], "box": [1.0, 1.0]},
+        {"box": [99.0, 99.0], "sigmas": -1.0},
+        {"box": [99.0, 99.0], "sigmas": "x"},
+        {"box": [99.0, 99.0, 99.0]},
+        {"box": 99.0},
+        {"normals": [[0, 0]], "offsets": [1.0]},
+        {"normals": [[1, 0]], "offsets": [1.0, 2.0]},
+        {"vertices": [[-40, -40], [60, -40], [60, 60], [-40, 60], [1, 1]]},
+        [{"box": [99.0, 99.0]}, {"bok": [1.0, 1.0]}],
+    ],
     "agent.0.name": ["", " ", 5, True, ["a"], {}],
     "agent.0.shape": [
         MISSING,
@@ -202,7 +242,17 @@ FAULTS: dict[str, list[Any]] = {
         {"vertices": [[30.0, 30.0, 0.0], [40.0, 30.0, 0.0], [35.0, 40.0, 0.0], [35.0, 40.0, 9.0]]},
         {"vertices": [[30.0], [40.0]]},
         {"vertices": [["30", "30"], ["40", "30"], ["35", "40"]]},
+        {"vertices": [[30, 30], [40, 30], [33, 33], [30, 40]]},
+        {"polygon": [[30, 30], [40, 30], [33, 33], [30, 40]], "colour": "red"},
+        {"polygon": [[30, 30], [40, 30], [33, 33], [30, 40]], "box": [1.0, 1.0]},
+        {"polygon": [[30, 30], [40, 30]]},
+        {"polygon": [[30, 30], [40, 40], [40, 30], [30, 40]]},
+        {"polygon": "x"},
     ],
+    "obstacle.2.path": [[], 3, "x", [[1.0]], [[NAN, 1.0]], [[80.0, 0.0, 0.0]], {}],
+    "obstacle.2.noise": [-1.0, "x", [[1.0]], NAN, {}],
+    "obstacle.2.until": [0, -1, 2.5, "x", True, []],
+    "obstacle.2.pth": [[[80.0, 0.0]]],
 }
 # Some mistakes can only be seen elsewhere: a body against the others', a place against a matrix.
 ELSEWHERE = {
@@ -211,6 +261,7 @@ ELSEWHERE = {
     "agent.1.start": r"agent\[1\]\.(start|shape|control)",
     "agent.0.B": r"agent\[0\]\.(B|gain|control)",
     "agent.0.control": r"agent\[0\]\.(control|B)",
+    "obstacle.2.path": r"obstacle\[2\]",
 }
 CASES = [(place, fault) for place, faults in FAULTS.items() for fault in faults]
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, Profile, make_profile
+from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.hulls import corners_of_points
+from ppg_env.game.obstacle import Obstacle
 
 LENGTHS = st.floats(0.5, 20.0)
 NAMES = st.none() | st.text(min_size=1, max_size=8).filter(lambda text: text.strip())
@@ -116,25 +118,61 @@ def agents(draw: st.DrawFn, dim: int, place: np.ndarray) -> Agent:
 
 
 @st.composite
+def bound(draw: st.DrawFn, agent: Agent) -> Agent:
+    """The agent with a workspace, a reserve and a cost of effort, or without them."""
+    return replace(
+        agent,
+        within=draw(regions(agent.dim, agent.state_dim)),
+        reserve=draw(st.just(0.0) | st.floats(0, 0.1)),
+        effort=draw(st.just(0.0) | st.floats(0, 9)),
+    )
+
+
+@st.composite
+def regions(draw: st.DrawFn, dim: int, n: int) -> tuple[HalfSpaces, ...]:
+    """Workspaces and speed limits around all places of :func:`games`, bounded or not."""
+    listed = []
+    for size in draw(st.lists(st.sampled_from([dim, n]), max_size=2)):
+        low = draw(st.lists(st.floats(-2e3, -1e3) | st.just(-np.inf), min_size=size, max_size=size))
+        high = [1e3, *draw(st.lists(st.floats(1e3, 2e3), min_size=size - 1, max_size=size - 1))]
+        listed.append(HalfSpaces.between(low, high, draw(st.floats(0, 1))))
+    return tuple(listed)
+
+
+@st.composite
+def obstacles(draw: st.DrawFn, dim: int) -> Obstacle:
+    """Bodies far from all agents of :func:`games`, at rest or moving, for ever or for a while."""
+    until = draw(st.none() | st.integers(1, 40))
+    if draw(st.booleans()):
+        return Obstacle(_far(draw(bodies(dim))), until=until)
+    point = st.lists(st.floats(-300, -200), min_size=dim, max_size=dim)
+    path = draw(st.lists(point, min_size=1, max_size=5))
+    noise = draw(st.just(0.0) | covariances(dim))
+    return Obstacle(draw(bodies(dim)), np.array(path), noise, until)
+
+
+@st.composite
 def games(draw: st.DrawFn) -> Game:
     """Games of one to three agents in one to three dimensions, anything a file can hold."""
     dim, count = draw(st.integers(1, 3)), draw(st.integers(1, 3))
     places = [np.full(dim, 100.0 * k) for k in range(count)]
-    movers = [draw(agents(dim, place)) for place in places]
+    movers = [draw(bound(draw(agents(dim, place)))) for place in places]
     assume(len({a.name for a in movers if a.name}) == sum(a.name is not None for a in movers))
     try:
         return Game(
             agents=tuple(movers),
-            obstacles=tuple(draw(st.lists(bodies(dim).map(_far), max_size=2))),
+            obstacles=tuple(draw(st.lists(obstacles(dim), max_size=2))),
             horizon=draw(st.integers(1, 30)),
             objective=draw(st.sampled_from(["margin", "risk"])),
             margin_cap=draw(st.none() | st.floats(0.1, 26)),
             crash_cost=draw(st.floats(0, 1e6)),
             scale=draw(st.sampled_from(["exact", "paper"])),
+            collisions=draw(st.sampled_from(["instants", "swept"])),
+            on_goal=draw(st.sampled_from(["remove", "stay"])),
             name=draw(NAMES),
         )
-    except InputError as error:  # a name such as "agent_1" may be taken
-        assume("twice" not in str(error))
+    except InputError as error:  # a name such as "agent_1" may be taken, a goal, all controls
+        assume(not any(word in str(error) for word in ("twice", "parks", "leaves no control")))
         raise
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cvxpy as cp
 import numpy as np
 import pytest
 
-from ppg_env import Agent, Game, Polytope, evaluate, make_game, straight_plan
+from ppg_env import Agent, Game, InputError, Polytope, evaluate, make_game, straight_plan
 from ppg_env.game.effort_laws import least_effort_laws
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import excess, set_at
-from ppg_env.game.reachability import earliest_arrival
+from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from ppg_env.game.reserve import planned_controls
 from ppg_env.game.workspace import workspace_limits, workspace_rows
+from solvers import best_response
 from tests.ppg_env.strategies import double_integrator
 
 BODY = Polytope.box([1.0, 1.0])
@@ -116,6 +119,38 @@ def test_a_speed_limit_slows_straight_flight() -> None:
     assert fast.means[:, 2].max() > 1.5
     spread = workspace_limits(limited, 40)[: slow.arrival + 1].min(axis=1)
     assert (slow.means[1 : slow.arrival + 1, 2] <= spread[1:] + 1e-6).all()
+
+
+def test_the_horizon_that_would_suffice_may_have_no_controls_left() -> None:
+    agent = Agent(
+        [0.0], [2.0], Polytope.box([1.0]), Polytope.box([0.3]), gain=0.05, noise=1.0, reserve=1.0
+    )
+    game = Game((agent,), horizon=5)
+    assert earliest_arrival(agent, 5) is None
+    assert sufficient_horizon(agent, 200) is None
+    with pytest.raises(InputError, match="leaves no control at step"):
+        planned_controls(agent, 200)
+    answer = best_response(game, 0)
+    assert answer.status == "unreachable"
+    assert "agent_0 cannot reach its goal within the horizon of 5" in answer.advice
+    assert sufficient_horizon(replace(agent, reserve=0.0), 200) == 14
+
+
+def test_what_no_control_moves_need_not_be_moved() -> None:
+    """The second component drifts to its goal by itself; the third is there already."""
+    agent = Agent(
+        [0.0, 8.0, 5.0], [9.0, 1.0, 5.0], Polytope.box([1.0]), Polytope.box([6.0]),
+        A=np.diag([1.0, 0.5, 1.0]), B=[[1.0], [0.0], [0.0]], gain=np.zeros((1, 3)), noise=0.0,
+    )  # fmt: skip
+    plan = straight_plan(agent, 9)
+    assert plan.arrival == 3
+    assert plan.controls[:3, 0].tolist() == pytest.approx([3.0, 3.0, 3.0])
+    assert best_response(Game((agent,), horizon=9), 0).evaluation.arrival == (3,)
+    assert all(
+        np.isfinite(matrix).all() for matrix, _ in least_effort_laws(agent, 9, agent.control)
+    )
+    away = replace(agent, goal=[9.0, 1.0, 6.0])
+    assert straight_plan(away, 9) is None
 
 
 def test_a_minimum_norm_plan_that_is_admissible_stays_as_it_is() -> None:

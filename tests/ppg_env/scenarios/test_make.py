@@ -231,3 +231,46 @@ def test_an_override_that_does_not_fit_is_refused_with_its_place(
     with pytest.raises(InputError, match=f"^{place}") as caught:
         make_game("head_on", **overrides)
     assert "\n" not in str(caught.value)
+
+
+def test_the_rules_of_a_game_that_can_be_flown_are_overrides_too() -> None:
+    wall = {"vertices": [[40, 0], [50, 0], [45, 20]]}
+    corner = {"polygon": [[200, 0], [204, 0], [204, 1], [201, 1], [201, 4], [200, 4]]}
+    guard = {"box": [2.0, 2.0], "path": [[0.0, 90.0], [5.0, 90.0]], "noise": 0.1, "until": 4}
+    game = make_game(
+        "head_on", collisions="swept", on_goal="stay", reserve=[0.5, 1.0], effort={1: 0.2},
+        within={0: {"low": [-100.0, 0.0], "high": [float("inf"), 100.0], "sigmas": 2.0}},
+        obstacles=[wall, corner, guard, Polytope.box([1.0, 1.0])],
+    )  # fmt: skip
+    assert (game.collisions, game.on_goal) == ("swept", "stay")
+    assert [agent.reserve for agent in game.agents] == [0.5, 1.0]
+    assert [agent.effort for agent in game.agents] == [0.0, 0.2]
+    assert [len(agent.within) for agent in game.agents] == [1, 0]
+    assert game.agents[0].within[0].sigmas == 2.0
+    assert len(game.obstacles) == 5
+    assert game.obstacles[3].path.tolist() == guard["path"]
+    assert game.obstacles[3].until == 4
+    assert (
+        make_game("head_on", obstacles=wall).obstacles
+        == make_game("head_on", obstacles=Polytope.from_vertices(wall["vertices"])).obstacles
+    )
+
+
+@pytest.mark.parametrize(
+    ("overrides", "place"),
+    [
+        ({"obstacles": [{"vertces": [[0, 0]]}]}, r"obstacle\[0\]\.vertces: .*unknown.*'vertices'"),
+        ({"obstacles": [{"polygon": [[0, 0]]}]}, r"obstacle\[0\]\.polygon"),
+        ({"obstacles": [3]}, r"obstacle\[0\]"),
+        ({"within": {"lo": [0.0]}}, r"agent\[0\]\.within\.lo: .*unknown.*'low'"),
+        ({"reserve": [1.0]}, r"reserve: has 1 numbers"),
+        ({"reserve": 99.0}, r"agent\[0\]\.reserve: leaves no control at step 1"),
+        ({"efort": 1.0}, r"efort: is not a field of a game; did you mean 'effort'"),
+        ({"collisions": "sweep"}, r"collisions"),
+    ],
+)
+def test_wrong_overrides_of_those_rules_are_reported_with_their_place(
+    overrides: dict, place: str
+) -> None:
+    with pytest.raises(InputError, match=rf"^{place}"):
+        make_game("head_on", **overrides)
