@@ -64,10 +64,10 @@ def engine_search(
     earliest = {i: int(t or 0) for i, t in first.items()}
     if _is_confined(subproblem) and any(earliest.values()):
         (mover,) = movers
-        shown = find_first_plans(subproblem, budget)
+        shown = find_first_plans(subproblem, earliest[mover], budget)
         if shown.earliest is None:
             return SearchResult(Status.INFEASIBLE, inf)
-        earliest[mover] = max(earliest[mover], shown.earliest)
+        earliest[mover] = shown.earliest
         if shown.plans is not None and (incumbent is None or shown.plans.value < incumbent.value):
             incumbent = shown.plans
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress)

@@ -46,12 +46,15 @@ class FirstPlans:
     plans: PricedProfile | None
 
 
-def find_first_plans(subproblem: Subproblem, budget: Budget) -> FirstPlans:
-    """Return a bound on the arrival of the only mover, and plans along a way through its cells."""
+def find_first_plans(subproblem: Subproblem, least: int, budget: Budget) -> FirstPlans:
+    """Return a bound on the arrival of the only mover, and plans along a way through its cells.
+
+    ``least`` is a bound that is known already.
+    """
     (mover,) = subproblem.movers
     bodies = barriers(subproblem.game, mover, subproblem.given)
     space = FreeSpace(subproblem.game, mover, bodies)
-    arrivals = list(islice(space.arrivals(), TRIALS))
+    arrivals = list(islice((t for t in space.arrivals() if t >= least), TRIALS))
     if not arrivals:
         return FirstPlans(None, None)
     best: PricedProfile | None = None
