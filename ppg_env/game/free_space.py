@@ -44,6 +44,9 @@ ZOOMS = 3
 PARTS = (1, 2, 4)
 """Numbers of parts of a step."""
 
+TICKS = 4
+"""Parts of a step that count as times where ways are looked for."""
+
 SPANS = (1, 4)
 """Numbers of steps over which displacements are bounded at once: cells round each of them up."""
 
@@ -74,8 +77,9 @@ class FreeSpace:
 
     Attributes
     ----------
-    inner : count only centres of cells, and steps from centre to centre, which proves nothing
-        but shows ways that plans can follow.
+    inner : count only centres of cells, and moves from centre to centre, which proves nothing
+        but shows ways that plans can follow.  Times are then parts of steps (:data:`TICKS`), so
+        that ways hardly bend within one.
     finer : number of times as many cells.
     bodies : the bodies that it can meet.
     cells : the cells; None if goal and start are not connected.
@@ -102,6 +106,11 @@ class FreeSpace:
         self.start, self.goal = (p[: game.dim] for p in (self._agent.start, self._agent.goal))
         self._swept = game.collisions == "swept"
         self.bodies = [body for body in bodies if body.meets(*self._whole_box())]
+        if inner:
+            self.bodies = [body.slowed(TICKS) for body in self.bodies]
+            self._lengths = np.repeat(self._lengths / TICKS, TICKS, axis=0)
+            self._upper = np.vstack([self._upper[:1], np.repeat(self._upper[1:], TICKS, axis=0)])
+            self._longest = self._longest / TICKS
         self._kernels: dict[bytes, np.ndarray] = {}
         self.reached: list[np.ndarray] = []
         box = self._connected_box() if self._swept else self._whole_box()
@@ -205,7 +214,7 @@ class FreeSpace:
         moving = [body for body in self.bodies if not body.rests]
         self.reached = [reached]
         advance = self._along_step if self._swept else self._at_instant
-        for t in range(self._game.horizon):
+        for t in range(len(self._lengths)):
             moved, reached = advance(self.cells, reached, always, moving, t)
             # Cells round every step up; longer spans and reachable sets do not.
             near = ~self.cells.beyond(self._directions, self._upper[t + 1])
