@@ -137,6 +137,7 @@ def test_no_response_passes_a_body_that_comes_through_a_corridor():
     assert response.bound == np.inf
 
 
+@pytest.mark.slow
 def test_a_body_leaves_a_well_before_the_other_enters():
     game = well()
     solution = best_response_dynamics(game)
