@@ -17,14 +17,13 @@ Where bodies move, a step is divided, so that they do not pass over cells in one
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 import numpy as np
 
-from ppg_env.game.barriers import Barrier, barriers
+from ppg_env.game.barriers import Barrier
 from ppg_env.game.cells import SLACK, Cells, connected, dilated
 from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival, plan_upper
+from ppg_env.game.reachability import plan_upper
 from ppg_env.game.step_lengths import position_box, step_directions, step_lengths
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
@@ -49,27 +48,6 @@ TICKS = 4
 
 SPANS = (1, 4)
 """Numbers of steps over which displacements are bounded at once: cells round each of them up."""
-
-
-@lru_cache(maxsize=1024)
-def earliest_way(game: Game, index: int) -> int | None:
-    """Return a lower bound on the arrival of an agent among the bodies that rest at all times.
-
-    Where there are none, it is the earliest arrival without other bodies.  The result is None if
-    the agent cannot reach its goal within the horizon.
-    """
-    first = earliest_arrival(game.agents[index], game.horizon)
-    if not first or not has_walls(game, index):
-        return first
-    bodies = [body for body in barriers(game, index, {}) if body.rests]
-    later = next(FreeSpace(game, index, bodies).arrivals(), None)
-    return None if later is None else max(first, later)
-
-
-def has_walls(game: Game, index: int) -> bool:
-    """Return whether bodies that rest at all times confine an agent, and cells can show it."""
-    at_rest = any(body.rests for body in barriers(game, index, {}))
-    return at_rest and game.dim in MOST_CELLS
 
 
 class FreeSpace:

@@ -22,7 +22,7 @@ from math import inf
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.free_space import earliest_way, has_walls
+from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget

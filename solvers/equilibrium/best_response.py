@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ppg_env.errors import InputError, require
 from ppg_env.game.barriers import starts_at_goal
-from ppg_env.game.free_space import earliest_way
+from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.plan import Profile

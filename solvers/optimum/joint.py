@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
-from ppg_env.game.free_space import earliest_way, has_walls
+from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile

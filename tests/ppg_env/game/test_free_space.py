@@ -9,7 +9,8 @@ import pytest
 
 from ppg_env import Agent, Game, Polytope
 from ppg_env.game.barriers import barriers
-from ppg_env.game.free_space import FreeSpace, earliest_way
+from ppg_env.game.earliest_way import earliest_way
+from ppg_env.game.free_space import FreeSpace
 from ppg_env.game.plan import make_plan
 from ppg_env.game.reachability import earliest_arrival
 from solvers import best_response
