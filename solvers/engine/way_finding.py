@@ -71,7 +71,9 @@ def find_first_plans(subproblem: Subproblem, least: int, budget: Budget) -> Firs
             if way is not None and arrival * TICKS >= HASTE * (len(way) - 1):
                 ways.append(_in_time(way, arrival))
             for each in ways:
-                plans = None if budget.out else _plans_along(subproblem, each, budget)
+                plans = (
+                    None if each is None or budget.out else _plans_along(subproblem, each, budget)
+                )
                 if plans is not None and (best is None or plans.value < best.value):
                     best = plans
         if best is None or best.profile[mover].arrival == arrivals[0]:
