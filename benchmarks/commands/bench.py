@@ -21,6 +21,7 @@ TITLES = {
     "learning": "PPO's training loop, on one core",
     "sweep": "Sweeps",
     "risk": "Crash probabilities, on one core",
+    "motion": "Plans that hold between steps, on one core",
 }
 SUITES = {
     "planning": "benchmarks.speed.planning",
@@ -30,6 +31,7 @@ SUITES = {
     "learning": "benchmarks.speed.training",
     "sweep": "benchmarks.speed.sweeps",
     "risk": "benchmarks.speed.risk",
+    "motion": "benchmarks.speed.motion",
 }
 
 
@@ -41,7 +43,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning, many agents, the environment, PPO, sweeps, or crash probabilities."""
+    """Measure planning, many agents, the environment, PPO, sweeps, risks, or plans in motion."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))

@@ -62,8 +62,9 @@ class InfoReader:
     def _outside(self, agent: int) -> bool:
         """Return whether the agent's state is outside its workspace; only means have to stay in."""
         state = self._simulator.bodies[0, agent]
+        touch = tol.LENGTH * self._simulator.game.agents[agent].unit
         return any(
-            bool(np.any(region.normals @ state[: region.dim] > region.offsets + tol.LENGTH))
+            bool(np.any(region.normals @ state[: region.dim] > region.offsets + touch))
             for region in self._regions[agent]
         )
 

@@ -31,6 +31,13 @@ class Barrier:
         """Whether the body is where it is at all times."""
         return self.until >= len(self.path) - 1 and not (self.path - self.path[0]).any()
 
+    def slowed(self, parts: int) -> Barrier:
+        """Return the body with times that count ``parts`` of a step."""
+        last = len(self.path) - 1
+        times = np.linspace(0, last, parts * last + 1)
+        columns = [np.interp(times, np.arange(last + 1), column) for column in self.path.T]
+        return Barrier(self.collision, np.array(columns).T, parts * self.until)
+
     def meets(self, low: np.ndarray, high: np.ndarray) -> bool:
         """Return whether the body can keep a position in a box from being taken, at some time."""
         least, most = self.collision.bounds

@@ -17,14 +17,13 @@ Where bodies move, a step is divided, so that they do not pass over cells in one
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 import numpy as np
 
-from ppg_env.game.barriers import Barrier, barriers
+from ppg_env.game.barriers import Barrier
 from ppg_env.game.cells import SLACK, Cells, connected, dilated
 from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival, plan_upper
+from ppg_env.game.reachability import plan_upper
 from ppg_env.game.step_lengths import position_box, step_directions, step_lengths
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
@@ -44,29 +43,11 @@ ZOOMS = 3
 PARTS = (1, 2, 4)
 """Numbers of parts of a step."""
 
+TICKS = 4
+"""Parts of a step that count as times where ways are looked for."""
+
 SPANS = (1, 4)
 """Numbers of steps over which displacements are bounded at once: cells round each of them up."""
-
-
-@lru_cache(maxsize=1024)
-def earliest_way(game: Game, index: int) -> int | None:
-    """Return a lower bound on the arrival of an agent among the bodies that rest at all times.
-
-    Where there are none, it is the earliest arrival without other bodies.  The result is None if
-    the agent cannot reach its goal within the horizon.
-    """
-    first = earliest_arrival(game.agents[index], game.horizon)
-    if not first or not has_walls(game, index):
-        return first
-    bodies = [body for body in barriers(game, index, {}) if body.rests]
-    later = next(FreeSpace(game, index, bodies).arrivals(), None)
-    return None if later is None else max(first, later)
-
-
-def has_walls(game: Game, index: int) -> bool:
-    """Return whether bodies that rest at all times confine an agent, and cells can show it."""
-    at_rest = any(body.rests for body in barriers(game, index, {}))
-    return at_rest and game.dim in MOST_CELLS
 
 
 class FreeSpace:
@@ -74,8 +55,9 @@ class FreeSpace:
 
     Attributes
     ----------
-    inner : count only centres of cells, and steps from centre to centre, which proves nothing
-        but shows ways that plans can follow.
+    inner : count only centres of cells, and moves from centre to centre, which proves nothing
+        but shows ways that plans can follow.  Times are then parts of steps (:data:`TICKS`), so
+        that ways hardly bend within one.
     finer : number of times as many cells.
     bodies : the bodies that it can meet.
     cells : the cells; None if goal and start are not connected.
@@ -102,6 +84,11 @@ class FreeSpace:
         self.start, self.goal = (p[: game.dim] for p in (self._agent.start, self._agent.goal))
         self._swept = game.collisions == "swept"
         self.bodies = [body for body in bodies if body.meets(*self._whole_box())]
+        if inner:
+            self.bodies = [body.slowed(TICKS) for body in self.bodies]
+            self._lengths = np.repeat(self._lengths / TICKS, TICKS, axis=0)
+            self._upper = np.vstack([self._upper[:1], np.repeat(self._upper[1:], TICKS, axis=0)])
+            self._longest = self._longest / TICKS
         self._kernels: dict[bytes, np.ndarray] = {}
         self.reached: list[np.ndarray] = []
         box = self._connected_box() if self._swept else self._whole_box()
@@ -205,7 +192,7 @@ class FreeSpace:
         moving = [body for body in self.bodies if not body.rests]
         self.reached = [reached]
         advance = self._along_step if self._swept else self._at_instant
-        for t in range(self._game.horizon):
+        for t in range(len(self._lengths)):
             moved, reached = advance(self.cells, reached, always, moving, t)
             # Cells round every step up; longer spans and reachable sets do not.
             near = ~self.cells.beyond(self._directions, self._upper[t + 1])

@@ -74,7 +74,9 @@ def log_best_face(collision: Polytope, means: np.ndarray, covariances: np.ndarra
     normals = collision.normals
     clearance = means @ normals.T - collision.offsets
     square = np.einsum("fi,tij,fj->tf", normals, covariances, normals)
-    return log_ndtr(-face_margins(clearance, np.sqrt(square.clip(0.0)))).min(axis=1)
+    deviations = np.sqrt(square.clip(0.0))
+    deviations[deviations <= tol.DEVIATION] = 0.0
+    return log_ndtr(-face_margins(clearance, deviations)).min(axis=1)
 
 
 def is_box(normals: np.ndarray) -> bool:

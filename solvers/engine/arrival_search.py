@@ -22,7 +22,7 @@ from math import inf
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.free_space import earliest_way, has_walls
+from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
@@ -64,10 +64,10 @@ def engine_search(
     earliest = {i: int(t or 0) for i, t in first.items()}
     if _is_confined(subproblem) and any(earliest.values()):
         (mover,) = movers
-        shown = find_first_plans(subproblem, budget)
+        shown = find_first_plans(subproblem, earliest[mover], budget)
         if shown.earliest is None:
             return SearchResult(Status.INFEASIBLE, inf)
-        earliest[mover] = max(earliest[mover], shown.earliest)
+        earliest[mover] = shown.earliest
         if shown.plans is not None and (incumbent is None or shown.plans.value < incumbent.value):
             incumbent = shown.plans
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress)

@@ -8,22 +8,23 @@ way make a linear program, whose plans are exact.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
 from ppg_env.game.barriers import Barrier, barriers
-from ppg_env.game.free_space import FreeSpace
+from ppg_env.game.free_space import TICKS, FreeSpace
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.pricing import PricedProfile, price
 
-TRIALS = 8
-"""Number of arrivals at which a way is looked for, from the earliest one on."""
+TRIALS = (0, 1, 2, 3, 5, 8, 12)
+"""Arrivals at which a way is looked for, counted from the earliest possible one."""
+
+HASTE = 0.9
+"""A way is not followed in less than this part of the time that its cells take."""
 
 FINENESS = (1, 4)
 """Numbers of times as many cells, in turn until a plan takes no longer than the bound."""
@@ -46,37 +47,38 @@ class FirstPlans:
     plans: PricedProfile | None
 
 
-def find_first_plans(subproblem: Subproblem, budget: Budget) -> FirstPlans:
-    """Return a bound on the arrival of the only mover, and plans along a way through its cells."""
+def find_first_plans(subproblem: Subproblem, least: int, budget: Budget) -> FirstPlans:
+    """Return a bound on the arrival of the only mover, and plans along a way through its cells.
+
+    ``least`` is a bound that is known already.
+    """
     (mover,) = subproblem.movers
     bodies = barriers(subproblem.game, mover, subproblem.given)
     space = FreeSpace(subproblem.game, mover, bodies)
-    arrivals = list(islice(space.arrivals(), TRIALS))
+    possible = [t for t in space.arrivals() if t >= least]
+    arrivals = [possible[k] for k in TRIALS if k < len(possible)]
     if not arrivals:
         return FirstPlans(None, None)
     best: PricedProfile | None = None
     for finer in FINENESS:
         sure = FreeSpace(subproblem.game, mover, bodies, inner=True, finer=finer)
         last = next(sure.arrivals(), None)
-        ways = [space, sure] if finer == 1 else [sure]
+        way = None if last is None else _way(sure, last)
         for arrival in arrivals:
             if best is not None and arrival >= (best.profile[mover].arrival or 0):
                 break
-            for way in _ways(ways, last, arrival):
-                plans = None if budget.out else _plans_along(subproblem, way, budget)
+            ways = [_way(space, arrival)] if finer == 1 else []
+            if way is not None and arrival * TICKS >= HASTE * (len(way) - 1):
+                ways.append(_in_time(way, arrival))
+            for each in ways:
+                plans = (
+                    None if each is None or budget.out else _plans_along(subproblem, each, budget)
+                )
                 if plans is not None and (best is None or plans.value < best.value):
                     best = plans
-        if best is not None and best.profile[mover].arrival == arrivals[0]:
+        if best is None or best.profile[mover].arrival == arrivals[0]:
             break
     return FirstPlans(arrivals[0], best)
-
-
-def _ways(spaces: list[FreeSpace], last: int | None, arrival: int) -> Iterator[np.ndarray]:
-    """Yield ways that take ``arrival`` steps, the last space's from those that take ``last``."""
-    if len(spaces) > 1 and (way := _way(spaces[0], arrival)) is not None:
-        yield way
-    if last is not None and (way := _way(spaces[-1], last)) is not None:
-        yield _in_time(way, arrival)
 
 
 def _in_time(way: np.ndarray, arrival: int) -> np.ndarray:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ppg_env.errors import InputError, require
+from ppg_env.game.barriers import starts_at_goal
 from ppg_env.game.between_steps import overlap_times
-from ppg_env.game.free_space import earliest_way
+from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.plan import Profile
@@ -129,10 +130,18 @@ def _walled_off(game: Game, agent: int) -> str:
             f"{name} cannot reach its goal around the obstacles within the horizon of "
             f"{game.horizon}; set the horizon to {needed} or more"
         )
+    parked = [] if game.on_goal == "remove" else _parked(game, agent)
+    closing = " and ".join(["obstacles"] * bool(game.obstacles) + parked)
     return (
-        f"{name} cannot reach its goal: obstacles close every way; "
+        f"{name} cannot reach its goal: {closing} close every way; "
         "open a gap wider than its body, or move its start or goal"
     )
+
+
+def _parked(game: Game, agent: int) -> list[str]:
+    """Return the names of other agents that have arrived at time 0."""
+    others = zip(game.agent_names, game.agents, strict=True)
+    return [other for i, (other, a) in enumerate(others) if i != agent and starts_at_goal(a)]
 
 
 def check_agent(game: Game, agent: int) -> None:

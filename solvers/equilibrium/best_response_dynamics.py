@@ -124,8 +124,12 @@ def run_dynamics(
     max_sweeps: int = 50,
     seed: int = 0,
     progress: Callable[[Update], None] | None = None,
+    jointly: bool = True,
 ) -> Solution:
-    """Run :func:`best_response_dynamics` under a rule, for options that were checked."""
+    """Run :func:`best_response_dynamics` under a rule, for options that were checked.
+
+    ``jointly`` allows the search for the least potential, if no other start helps.
+    """
     given = start is not None
     entries = [Entry(start)] if start is not None else default_entries(rule, seed)
     tried = []
@@ -135,7 +139,7 @@ def run_dynamics(
         if given or budget.out or solution.profile is not None or not _may_be_mended(solution):
             return solution
         tried.append(solution)
-    least = _least_potential(rule, solver, budget)
+    least = _least_potential(rule, solver, budget) if jointly else None
     if least is not None and least.profile is not None:
         dynamics = _Dynamics(rule, order, tolerance, solver, budget, seed, progress)
         return dynamics.run(Entry(least.profile), max_sweeps, patient=True)

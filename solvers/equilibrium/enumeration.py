@@ -17,6 +17,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.game import Game
+from ppg_env.game.margins import end_of_traffic
 from ppg_env.game.plan import Profile
 from solvers.dispatch import ENGINE
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
@@ -105,8 +106,8 @@ def passing(game: Game, profile: Profile) -> str:
         if len(encounter.agents) < 2 or game.dim != 2:
             continue
         i, j = encounter.agents
-        ends = [profile[k].arrival for k in (i, j)]
-        until = min(game.horizon if end is None else end for end in ends)
+        end = end_of_traffic(game, encounter, [plan.arrival for plan in profile])
+        until = min(end, game.horizon)
         displacements = (profile[i].means - profile[j].means)[: until + 1, :2]
         angles = np.unwrap(np.arctan2(displacements[:, 1], displacements[:, 0]))
         turn = float(angles[-1] - angles[0])

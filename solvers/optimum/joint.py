@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ppg_env import tolerances as tol
-from ppg_env.game.free_space import earliest_way
+from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
@@ -38,7 +38,7 @@ MOST_EXACT = 5
 """With more agents than this, optima are approximated and bounded, not proved."""
 
 MOST_DIRECT = 3
-"""Up to this number of agents, the exact search finds its first plans quickly."""
+"""Up to this number of agents, the exact search finds its first plans quickly without walls."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -136,9 +136,11 @@ def _minimise_potential(
 
 def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
     """Return plans by best responses, where the exact search may take long to find some."""
-    if len(rule.game.agents) <= MOST_DIRECT:
+    game, size = rule.game, len(rule.game.agents)
+    walled = game.collisions == "swept" and any(has_walls(game, i) for i in range(size))
+    if size <= MOST_DIRECT and not (walled and size > 1):
         return None
-    return run_dynamics(rule, ENGINE, Budget(budget.left), max_sweeps=2).profile
+    return run_dynamics(rule, ENGINE, Budget(budget.left), max_sweeps=2, jointly=False).profile
 
 
 def _approximate(

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
 from scipy.sparse import coo_array
 
-from ppg_env.game.free_space import earliest_way
+from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.objective import Objective
 from solvers.budget import Budget
 from solvers.engine.cuts import CutPool
