@@ -228,7 +228,7 @@ def plays(draw: st.DrawFn, scale: str | None = None, missing: bool = False) -> P
     ]
     game = Game(
         agents=tuple(movers),
-        obstacles=tuple(Polytope.from_vertices(wall) for wall in walls),
+        obstacles=tuple(Obstacle(Polytope.from_vertices(wall)) for wall in walls),
         horizon=horizon,
         objective=draw(st.sampled_from(["margin", "risk"])),
         crash_cost=draw(st.floats(0, 1000)),
