@@ -144,7 +144,8 @@ def test_nothing_is_hit_between_the_steps(name: str, ppg: Ppg, plans: Path) -> N
     assert hits(game, profile) == []
     for agent, plan in zip(game.agents, profile, strict=True):
         (region,) = agent.within
-        assert (plan.means[: plan.arrival + 1] @ region.normals.T <= region.offsets + 1e-6).all()
+        last = plan.arrival or 0
+        assert (plan.means[: last + 1] @ region.normals.T <= region.offsets + 1e-6).all()
     picture = plans / f"{name}.png"
     ppg("render", file, *command("render", name)[2:-1], picture)
     picture_size(picture)
