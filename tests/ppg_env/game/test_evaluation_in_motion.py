@@ -64,6 +64,7 @@ def assert_agrees_with_the_slow_one(game: Game, controls: list[np.ndarray]) -> N
     assert found.feasible == (None not in expected.arrival and max(bad) <= tol.LENGTH)
 
 
+@examples(0.25)
 @given(plays_in_motion())
 def test_a_slow_evaluator_agrees_on_plays_in_motion(play: Play) -> None:
     assert_agrees_with_the_slow_one(play.game, [np.array(rows) for rows in play.controls])
@@ -77,6 +78,7 @@ def test_a_slow_evaluator_agrees_on_mixed_games_in_motion(seed: int) -> None:
         assert_agrees_with_the_slow_one(mixed.game, [change(rows) for rows in controls])
 
 
+@examples(0.25)
 @given(plays_in_motion())
 def test_in_motion_a_deviation_changes_cost_and_potential_alike(play: Play) -> None:
     """J_i changes by (1 - lam_i) times the change of Phi, efforts included."""
@@ -94,7 +96,7 @@ def test_in_motion_a_deviation_changes_cost_and_potential_alike(play: Play) -> N
             assert shifted == pytest.approx(change, abs=near)
 
 
-@examples(0.5)
+@examples(0.25)
 @given(plays_in_motion())
 def test_a_step_is_no_safer_than_its_ends_and_parked_bodies_no_safer_than_none(play: Play) -> None:
     """With margins as the loss; a parked body and the time between two steps only add to it."""
