@@ -26,28 +26,48 @@ def in_units_of_the_game(planner: Planner) -> Planner:
         frame = frame_of(game)
         if frame is None:
             return planner(game, *values, **options)
-        values = tuple(_into(frame, value) for value in values)
-        options = {name: _into(frame, value) for name, value in options.items()}
-        return _back(frame, planner(frame.canonical, *values, **options))
+        conversion = _Conversion(frame)
+        values = tuple(map(conversion.into, values))
+        options = {name: conversion.into(value) for name, value in options.items()}
+        return conversion.back(planner(frame.canonical, *values, **options))
 
     return cast(Planner, converted)
 
 
-def _into(frame: Frame, value: Any) -> Any:
-    profile = isinstance(value, tuple) and value and all(isinstance(p, Plan) for p in value)
-    return frame.into(value) if profile and len(value) == len(frame.controls) else value
+class _Conversion:
+    """Converts the arguments and results of one call; plans that are kept stay the same."""
 
+    def __init__(self, frame: Frame) -> None:
+        self._frame = frame
+        self._given: dict[Plan, Plan] = {}
 
-def _back(frame: Frame, result: Any) -> Any:
-    if isinstance(result, list):
-        return [_back(frame, item) for item in result]
-    if isinstance(result, Solution):
+    def into(self, value: Any) -> Any:
+        """Return a profile as one of the canonical game; any other value as it is."""
+        if not isinstance(value, tuple) or not value:
+            return value
+        if not all(isinstance(plan, Plan) for plan in value):
+            return value
+        if len(value) != len(self._frame.controls):  # the planner refuses it
+            return value
+        profile = self._frame.into(value)
+        self._given |= dict(zip(profile, value, strict=True))
+        return profile
+
+    def back(self, result: Any) -> Any:
+        """Return a solution, or a list of results with solutions, in the user's units."""
+        if isinstance(result, list):
+            return [self.back(item) for item in result]
+        if isinstance(result, Solution):
+            return self._solution(result)
+        if is_dataclass(result) and hasattr(result, "solution"):
+            return replace(result, solution=self.back(result.solution))  # type: ignore[type-var]
+        return result
+
+    def _solution(self, result: Solution) -> Solution:
+        game = self._frame.game
         if result.profile is None:
-            return replace(result, game=frame.game)
-        profile = frame.back(result.profile)
-        return replace(
-            result, game=frame.game, profile=profile, evaluation=evaluate(frame.game, profile)
-        )
-    if is_dataclass(result) and hasattr(result, "solution"):
-        return replace(result, solution=_back(frame, result.solution))  # type: ignore[type-var]
-    return result
+            return replace(result, game=game)
+        pairs = zip(result.profile, self._frame.back(result.profile), strict=True)
+        profile = tuple(self._given.get(plan, own) for plan, own in pairs)
+        evaluation = evaluate(game, profile, as_given=True)
+        return replace(result, game=game, profile=profile, evaluation=evaluation)

@@ -125,6 +125,7 @@ def test_no_plan_in_the_corridor_passes_through_the_other(planner: object) -> No
     assert second >= first + 3
 
 
+@pytest.mark.slow
 def test_in_the_corridor_nobody_passes_a_body_that_stays() -> None:
     solution = social_optimum(load("swapcor", on_goal="stay"), node_limit=200)
     assert solution.profile is None

@@ -162,6 +162,20 @@ def test_options_of_any_magnitude_are_used_or_refused_in_one_line(option: str, s
     assert "Traceback" not in err.getvalue()
 
 
+LENGTHS = [
+    "agent.1.within.0.low",
+    "agent.1.within.0.high",
+    "agent.1.within.1.offsets",
+    "agent.1.effort",
+    "agent.2.within.box",
+    "obstacle.2.box",
+    "obstacle.2.path",
+    "obstacle.2.noise",
+    "obstacle.3.polygon",
+]
+"""More places of the valid file with a unit of length."""
+
+
 def in_units(unit: float) -> dict[str, Any]:
     """The valid file with every length multiplied by ``unit``."""
     tables = copy.deepcopy(VALID)
@@ -170,6 +184,9 @@ def in_units(unit: float) -> dict[str, Any]:
         power = 2 if key in ("noise", "sigma0") else 1
         if not place.startswith("game") and key not in ("lam", "gain", "A", "B", "normals"):
             tables = changed(tables, place, scaled(at(tables, place), unit**power))
+    for place in LENGTHS:
+        power = {"noise": 2, "effort": -1}.get(place.rsplit(".", 1)[-1], 1)
+        tables = changed(tables, place, scaled(at(tables, place), unit**power))
     for place in ("agent.1.start", "agent.1.goal", "agent.2.goal"):
         tables = changed(tables, place, scaled(at(tables, place), unit))
     tables["agent"][2]["noise"] = 1.9 * unit**2

@@ -20,7 +20,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls
 from ppg_env.game.obstacle import Obstacle
-from ppg_env.game.plan import Profile, make_plan
+from ppg_env.game.plan import Plan, Profile
 from ppg_env.game.polytope import Polytope
 from ppg_env.game.units import unit_of_control, units_of_state
 from ppg_env.support.frozen import frozen_array
@@ -31,21 +31,48 @@ FAR = 1e4
 
 @dataclass(frozen=True)
 class Frame:
-    """A game, the same game in its own units, and the unit of each agent's controls."""
+    """A game, the same game in its own units, and the map between the two.
+
+    Attributes
+    ----------
+    game, canonical : the user's game, and the same game in its own units.
+    states : per agent, (n,) the units of its state.
+    controls : per agent, the unit of its controls.
+    centre : (d,) origin of the canonical game.
+    """
 
     game: Game
     canonical: Game
+    states: tuple[np.ndarray, ...]
     controls: tuple[float, ...]
+    centre: np.ndarray
 
     def into(self, profile: Profile) -> Profile:
-        """Return a profile of the user's game as one of the canonical game."""
-        plans = zip(profile, self.controls, self.canonical.agents, strict=True)
-        return tuple(make_plan(agent, plan.controls / unit) for plan, unit, agent in plans)
+        """Return a profile of the user's game as one of the canonical game, means as they are."""
+        return tuple(
+            Plan(
+                frozen_array(plan.controls / self.controls[i]),
+                frozen_array((plan.means - self._shift(i)) / self.states[i]),
+                plan.arrival,
+            )
+            for i, plan in enumerate(profile)
+        )
 
     def back(self, profile: Profile) -> Profile:
         """Return a profile of the canonical game as one of the user's game."""
-        plans = zip(profile, self.controls, self.game.agents, strict=True)
-        return tuple(make_plan(agent, plan.controls * unit) for plan, unit, agent in plans)
+        return tuple(
+            Plan(
+                frozen_array(plan.controls * self.controls[i]),
+                frozen_array(plan.means * self.states[i] + self._shift(i)),
+                plan.arrival,
+            )
+            for i, plan in enumerate(profile)
+        )
+
+    def _shift(self, i: int) -> np.ndarray:
+        shift = np.zeros(len(self.states[i]))
+        shift[: len(self.centre)] = self.centre
+        return shift
 
 
 @lru_cache(maxsize=256)
@@ -65,7 +92,7 @@ def frame_of(game: Game) -> Frame | None:
     ]
     obstacles = [_obstacle(obstacle, length, centre) for obstacle in game.obstacles]
     canonical = replace(game, agents=tuple(agents), obstacles=tuple(obstacles))
-    return Frame(game, canonical, controls)
+    return Frame(game, canonical, tuple(states), controls, centre)
 
 
 def in_own_units(game: Game, profile: Profile) -> tuple[Game, Profile]:

@@ -14,6 +14,7 @@ from ppg_env.game.encounter import Encounter
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.reserve import planned_controls
+from ppg_env.game.workspace import lengths_per_unit
 
 
 def check_agents(agents: Sequence[Agent], horizon: int) -> None:
@@ -101,11 +102,10 @@ def _check_workspace(agent: Agent) -> None:
         for key, point in (("start", agent.start), ("goal", agent.goal)):
             if region.dim > point.size:  # a goal of positions does not fix the velocities
                 continue
-            units = np.abs(region.normals * agent.state_units[: region.dim]).max(axis=1)
             excess = region.normals @ point[: region.dim] - region.offsets
-            beyond = float((excess / units).max())
+            beyond = float((excess / lengths_per_unit(agent, region.normals)).max())
             require(
-                beyond <= tol.LENGTH,
+                beyond <= tol.LENGTH * agent.unit,
                 key,
                 f"is outside the workspace (within) by {beyond:.4g}",
                 "move it inside, or widen the workspace",

@@ -24,6 +24,7 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
 from ppg_env.game import objective
+from ppg_env.game.canonical import in_own_units
 from ppg_env.game.dynamics import goal_selector, rollout
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import excess
@@ -120,7 +121,7 @@ class Evaluation:
             agent = self.game.agents[i]
             if self.residuals.control[i] > tol.CONTROL * agent.control_unit:
                 yield "control", i
-            if self.residuals.within[i] > tol.LENGTH:
+            if self.residuals.within[i] > tol.LENGTH * agent.unit:
                 yield "within", i
             if self.arrival[i] is None:
                 yield "goal", i
@@ -176,7 +177,8 @@ class Evaluation:
 
     @cached_property
     def _swept_bounds(self) -> np.ndarray:
-        return np.array([cover.bound for cover in swept_covers(self.game, self.profile)])
+        covers = swept_covers(*in_own_units(self.game, self.profile))
+        return np.array([cover.bound for cover in covers])
 
     def _refuse_paper_scale(self) -> None:
         if self.game.scale != "exact":

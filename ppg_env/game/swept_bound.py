@@ -28,7 +28,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ppg_env.game.canonical import in_own_units
 from ppg_env.game.game import Game
 from ppg_env.game.margins import (
     encounter_covariances,
@@ -73,7 +72,6 @@ class Cover(NamedTuple):
 
 def swept_covers(game: Game, profile: Profile) -> list[Cover]:
     """Return the cheapest covers, in the order of ``game.encounters``."""
-    game, profile = in_own_units(game, profile)
     arrival = [plan.arrival for plan in profile]
     ends, means = ends_of_traffic(game, arrival), mean_displacements(game, profile)
     return [_cover(game, e, means[e], int(ends[e]), arrival) for e in range(len(game.encounters))]

@@ -40,12 +40,17 @@ def workspace_limits(agent: Agent, horizon: int) -> np.ndarray:
 def workspace_excess(agent: Agent, means: np.ndarray) -> float:
     """Return the largest a' xbar_t - limit over ``means`` (t, n) from time 0; -inf if unbounded.
 
-    It is in the units of the agent (:mod:`ppg_env.game.units`), those of the game where bodies have
-    a usual size.
+    It is a length: velocities count by the positions that they change in a step.
     """
     rows = workspace_rows(agent)
     if not len(rows):
         return -np.inf
-    units = np.abs(rows * agent.state_units).max(axis=1)
     limits = workspace_limits(agent, len(means) - 1)
-    return float(((means @ rows.T - limits) / units).max())
+    return float(((means @ rows.T - limits) / lengths_per_unit(agent, rows)).max())
+
+
+def lengths_per_unit(agent: Agent, rows: np.ndarray) -> np.ndarray:
+    """Return (R,) by what a value of ``rows`` (R, n) . x is divided to be a length."""
+    return np.asarray(
+        np.linalg.norm(rows * agent.state_units[: rows.shape[1]], axis=1) / agent.unit
+    )

@@ -9,6 +9,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from ppg_env import Agent, Game, InputError, Polytope, Profile, make_profile
+from ppg_env.game import collision_set
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.hulls import corners_of_points
 from ppg_env.game.obstacle import Obstacle
@@ -226,6 +227,7 @@ def plays(draw: st.DrawFn, scale: str | None = None, missing: bool = False) -> P
     walls = [
         hull.vertices + np.array([12.0, 25.0]) for hull in draw(st.lists(hulls(size=6), max_size=2))
     ]
+    walls = [wall for wall in walls if all(_is_clear(mover, wall) for mover in movers)]
     game = Game(
         agents=tuple(movers),
         obstacles=tuple(Obstacle(Polytope.from_vertices(wall)) for wall in walls),
@@ -235,6 +237,12 @@ def plays(draw: st.DrawFn, scale: str | None = None, missing: bool = False) -> P
         scale=draw(st.sampled_from(["exact", "paper"])) if scale is None else scale,
     )
     return Play(game, tuple(plays))
+
+
+def _is_clear(agent: Agent, wall: np.ndarray) -> bool:
+    """Whether an agent may stop at its goal beside an obstacle."""
+    collision = collision_set(agent.shape, Polytope.from_vertices(wall))
+    return float(collision.clearance(agent.goal)) >= 0
 
 
 _MOVE = st.tuples(st.integers(-8, 8), st.integers(-8, 8))

@@ -101,7 +101,8 @@ def test_an_agent_walled_in_has_no_plan(objective):
     agent = Agent([30, 30], [90, 30], Polytope.box([8, 8]), Polytope.box([10, 10]), gain=0.5)
     game = Game((agent,), tuple(map(Polytope.from_vertices, ring)), objective=objective, horizon=14)
     solution = best_response(game, 0)
-    assert solution.status is Status.INFEASIBLE
+    assert solution.status is Status.UNREACHABLE
+    assert "agent_0" in solution.advice
     assert solution.profile is None
 
 

@@ -10,7 +10,7 @@ import pytest
 from ppg_env import Agent, Game, Polytope, Simulator, straight_plan
 from ppg_env.env.players import GoToGoal, straight_players
 from ppg_env.env.rules import Rules
-from tests.marks import first
+from tests.marks import slow_if
 from tests.ppg_env.game.test_least_effort import AGENTS
 
 SETS = {
@@ -34,7 +34,7 @@ SETS = {
 }
 
 
-@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("name", slow_if(lambda name: SETS[name].dim != 2, SETS))
 def test_inputs_are_projected_on_the_nearest_point_of_the_set(name: str) -> None:
     control = SETS[name]
     dim, copies = control.dim, 40
@@ -54,7 +54,7 @@ def test_inputs_are_projected_on_the_nearest_point_of_the_set(name: str) -> None
     assert np.einsum("ci,cvi->cv", inputs - moved, towards).max() <= 1e-8
 
 
-@pytest.mark.parametrize("name", first(5, AGENTS))
+@pytest.mark.parametrize("name", slow_if(lambda name: AGENTS[name].control_dim != 2, AGENTS))
 def test_players_go_to_the_goal_with_any_set(name: str) -> None:
     agent = replace(AGENTS[name], noise=0.0)
     game = Game((agent,), horizon=30)

@@ -14,6 +14,7 @@ from ppg_env import Agent, Game, Polytope, make_game
 from ppg_env.env.parallel_env import PathPlanningEnv
 from ppg_env.env.status import ARRIVED
 from ppg_env.game.compiled_margins import crossing, inside
+from ppg_env.game.hulls import corners_of_points
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.tolerances import LENGTH
 from solvers import best_response_dynamics, social_optimum
@@ -50,7 +51,8 @@ def random_case(random: np.random.Generator) -> tuple[Polytope, np.ndarray, np.n
     if dim == 1:
         shape = Polytope.box([random.uniform(1, 4)])
     else:
-        shape = Polytope.from_vertices(random.normal(0, 2, (int(random.integers(6, 16)), dim)))
+        points = random.normal(0, 2, (int(random.integers(6, 16)), dim))
+        shape = Polytope.from_vertices(corners_of_points(points))
     return shape, *random.normal(0, 3, (2, dim))
 
 

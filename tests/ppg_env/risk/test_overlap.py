@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import log_ndtr
 
 from ppg_env import InputError, Polytope
+from ppg_env.game.hulls import corners_of_points
 from ppg_env.risk.overlap import log_best_face, log_overlap
 from ppg_env.risk.polytope_probability import log_interval
 from tests.marks import first
@@ -84,7 +85,7 @@ def test_a_case_turned_by_45_degrees_agrees_with_the_box(distance: float) -> Non
 @pytest.mark.parametrize("seed", first(2, range(6)))
 def test_any_polygon_and_noise_agree_with_nested_integrals(seed: int) -> None:
     random = np.random.default_rng(seed)
-    hull = Polytope.from_vertices(random.normal(size=(7, 2)) * 6)
+    hull = Polytope.from_vertices(corners_of_points(random.normal(size=(7, 2)) * 6))
     root = random.normal(size=(2, 2))
     mean = random.normal(size=2) * (4.0, 8.0, 16.0)[seed % 3]
     exact = oracle(hull, mean, root @ root.T + 0.5 * np.eye(2))
