@@ -34,22 +34,30 @@ def minimise(
 ) -> SearchResult:
     """Return the cheapest plans of ``movers`` and a proved bound; other agents keep ``given``.
 
-    Of plans of equal cost, the shortest and smoothest are returned
-    (:mod:`solvers.engine.tie_break`).  The engine calls ``on_progress`` with every better ``value``
-    and ``bound``.
+    The engine calls ``on_progress`` with every better ``value`` and ``bound``.
     """
     if solver == ENGINE:
-        result = engine_search(objective, movers, given, budget, on_progress)
-    else:
-        from solvers.reference.solve import search
+        return engine_search(objective, movers, given, budget, on_progress)
+    from solvers.reference.solve import search
 
-        result = search(_compiled(objective, tuple(movers)), given, solver, budget)
+    return search(_compiled(objective, tuple(movers)), given, solver, budget)
+
+
+def tidied(objective: Objective, movers: Sequence[int], result: SearchResult) -> SearchResult:
+    """Return the shortest and smoothest plans of ``movers`` that cost as much as those of a result.
+
+    See :mod:`solvers.engine.tie_break`.
+    """
     if result.profile is None or result.evaluation is None:
         return result
     best = PricedProfile(result.profile, result.evaluation, result.value)
-    others = {i: plan for i, plan in enumerate(given or ()) if i not in movers}
-    tidy = break_ties(objective, tuple(movers), others, best)
-    return SearchResult.of(result.status, result.bound, tidy, result.detail)
+    others = {i: plan for i, plan in enumerate(result.profile) if i not in movers}
+    return SearchResult.of(
+        result.status,
+        result.bound,
+        break_ties(objective, tuple(movers), others, best),
+        result.detail,
+    )
 
 
 @lru_cache(maxsize=128)

@@ -23,7 +23,7 @@ from solvers.equilibrium.best_response_dynamics import best_response_dynamics
 from solvers.optimum.joint import social_optimum
 from solvers.solution import Status
 
-WAREHOUSE = Path(__file__).parents[2] / "docs" / "games" / "warehouse.toml"
+WAREHOUSE = Path(__file__).with_name("warehouse.toml")
 LIMIT = 300.0
 """Time limit of one equilibrium in seconds."""
 

@@ -20,7 +20,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.input_sets import Controls
 from ppg_env.game.obstacle import Obstacle
-from ppg_env.game.plan import Plan, Profile
+from ppg_env.game.plan import Plan, Profile, make_plan
 from ppg_env.game.polytope import Polytope
 from ppg_env.game.units import unit_of_control, units_of_state
 from ppg_env.support.frozen import frozen_array
@@ -59,15 +59,9 @@ class Frame:
         )
 
     def back(self, profile: Profile) -> Profile:
-        """Return a profile of the canonical game as one of the user's game."""
-        return tuple(
-            Plan(
-                frozen_array(plan.controls * self.controls[i]),
-                frozen_array(plan.means * self.states[i] + self._shift(i)),
-                plan.arrival,
-            )
-            for i, plan in enumerate(profile)
-        )
+        """Return the plans that the controls of a canonical profile make in the user's game."""
+        plans = zip(profile, self.controls, self.game.agents, strict=True)
+        return tuple(make_plan(agent, plan.controls * unit) for plan, unit, agent in plans)
 
     def _shift(self, i: int) -> np.ndarray:
         shift = np.zeros(len(self.states[i]))

@@ -37,6 +37,9 @@ from solvers.pricing import PricedProfile, price
 from solvers.search_result import SearchResult
 from solvers.solution import Status
 
+FIRST_LOOK = 300
+"""Linear programs for a single mover among walls before a way through cells is looked for."""
+
 MOST_LOADED = 200
 """Searches that keep their linear programs; the others rebuild them when they continue."""
 
@@ -63,13 +66,19 @@ def engine_search(
         incumbent = price(objective, {i: given[i].controls for i in movers}, others)
     earliest = {i: int(t or 0) for i, t in first.items()}
     if _is_confined(subproblem) and any(earliest.values()):
-        (mover,) = movers
-        shown = find_first_plans(subproblem, earliest[mover], budget)
-        if shown.earliest is None:
-            return SearchResult(Status.INFEASIBLE, inf)
-        earliest[mover] = shown.earliest
-        if shown.plans is not None and (incumbent is None or shown.plans.value < incumbent.value):
-            incumbent = shown.plans
+        child = budget.child(FIRST_LOOK)
+        look = _ArrivalSearch(subproblem, incumbent, child, on_progress)
+        result = look.run(earliest)
+        budget.charge(child)
+        incumbent = look.incumbent
+        if result.status in (Status.OPTIMAL, Status.INFEASIBLE) or budget.out:
+            return result
+        if incumbent is None:
+            (mover,) = movers
+            ways = find_first_plans(subproblem, earliest[mover], budget)
+            if ways.earliest is None:
+                return SearchResult(Status.INFEASIBLE, inf)
+            earliest[mover], incumbent = ways.earliest, ways.plans
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress)
     return search.run(earliest)
 
@@ -90,7 +99,7 @@ class _ArrivalSearch:
         budget: Budget,
         on_progress: Callable[[str, float], None],
     ) -> None:
-        self._subproblem, self._incumbent = subproblem, incumbent
+        self._subproblem, self.incumbent = subproblem, incumbent
         self._budget, self._on_progress = budget, on_progress
         all_move = set(subproblem.movers) == set(range(len(subproblem.game.agents)))
         self._symmetries: list[Symmetry] = (
@@ -102,7 +111,7 @@ class _ArrivalSearch:
     @property
     def _upper(self) -> float:
         """Cost of the incumbent; infinite without one."""
-        return inf if self._incumbent is None else self._incumbent.value
+        return inf if self.incumbent is None else self.incumbent.value
 
     def run(self, first: Mapping[int, int]) -> SearchResult:
         """Search all vectors from the earliest arrivals ``first`` on."""
@@ -124,9 +133,9 @@ class _ArrivalSearch:
             if tree.open_bound < inf:
                 queue.push(max(bound, tree.open_bound), arrivals, tree)
                 self._keep_loaded(tree)
-        if self._incumbent is None:
+        if self.incumbent is None:
             return SearchResult(Status.INFEASIBLE, inf)
-        return SearchResult.of(Status.OPTIMAL, min(proved, self._upper), self._incumbent)
+        return SearchResult.of(Status.OPTIMAL, min(proved, self._upper), self.incumbent)
 
     def _keep_loaded(self, tree: BranchAndBound) -> None:
         """Keep the linear programs of the most recent searches; release the oldest."""
@@ -137,8 +146,8 @@ class _ArrivalSearch:
 
     def _stopped(self, bound: float) -> SearchResult:
         """Return the incumbent, if any, when the budget is used up."""
-        status = Status.NO_INCUMBENT if self._incumbent is None else Status.FEASIBLE
-        return SearchResult.of(status, min(bound, self._upper), self._incumbent)
+        status = Status.NO_INCUMBENT if self.incumbent is None else Status.FEASIBLE
+        return SearchResult.of(status, min(bound, self._upper), self.incumbent)
 
     def _is_representative(self, arrivals: Mapping[int, int]) -> bool:
         """Return whether the vector stands for its orbit."""
@@ -170,6 +179,6 @@ class _ArrivalSearch:
         if priced is None:
             return inf
         if priced.value < self._upper:
-            self._incumbent = priced
+            self.incumbent = priced
             self._on_progress("value", priced.value)
         return priced.value

@@ -14,7 +14,6 @@ from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
-from solvers.engine.tie_break import break_ties
 from solvers.pricing import PricedProfile, price, price_profile
 
 ROUNDS = 10
@@ -24,7 +23,7 @@ ROUNDS = 10
 def refine(objective: Objective, profile: Profile, budget: Budget) -> Profile:
     """Return plans of all agents that cost no more, without new faces or arrivals.
 
-    ``profile`` must be feasible; it is returned if no improvement is found, tidied by the tie rule.
+    ``profile`` must be feasible; it is returned if no improvement is found.
     """
     best = price_profile(objective, profile)
     for _ in range(ROUNDS):
@@ -34,9 +33,7 @@ def refine(objective: Objective, profile: Profile, budget: Budget) -> Profile:
         if better is None or better.value > best.value - tol.IMPROVEMENT:
             break
         best, profile = better, better.profile
-    if best is None:
-        return profile
-    return break_ties(objective, tuple(range(len(profile))), {}, best).profile
+    return profile
 
 
 def _reoptimised(objective: Objective, profile: Profile, budget: Budget) -> PricedProfile | None:

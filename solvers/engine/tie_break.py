@@ -25,6 +25,9 @@ from solvers.engine.node_lp import OPTIONS, Faces
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.pricing import PricedProfile, price
 
+ROUNDING = 1e-8
+"""Relative rise of a cost that rounding in the programs explains."""
+
 
 def break_ties(
     objective: Objective, movers: tuple[int, ...], given: Mapping[int, Plan], best: PricedProfile
@@ -51,8 +54,26 @@ def break_ties(
                for part in (sizes.values(), differences)]  # fmt: skip
     point = _minimised_in_turn(program.highs_model(), columns)
     tidy = None if point is None else price(objective, program.controls_at(point), given)
-    slack = tol.MIP_GAP * max(1.0, abs(best.value))
-    return best if tidy is None or tidy.value > best.value + 10 * slack else tidy
+    if tidy is None or tidy.value > best.value + ROUNDING * max(1.0, abs(best.value)):
+        return best
+    return tidy if _is_tidier(tidy, best, movers) else best
+
+
+def _is_tidier(one: PricedProfile, other: PricedProfile, movers: tuple[int, ...]) -> bool:
+    """Return whether one profile is shorter, or as short and smoother, by more than rounding."""
+    for size in (_length, _roughness):
+        sizes = [sum(size(plans.profile[i].controls) for i in movers) for plans in (one, other)]
+        if abs(sizes[0] - sizes[1]) > tol.LENGTH * max(1.0, sizes[1]):
+            return bool(sizes[0] < sizes[1])
+    return False
+
+
+def _length(controls: np.ndarray) -> float:
+    return float(np.abs(controls).sum())
+
+
+def _roughness(controls: np.ndarray) -> float:
+    return float(np.abs(np.diff(controls, axis=0)).sum())
 
 
 def _keep_margins(program: FixedProgram, means: list[np.ndarray]) -> None:

@@ -13,7 +13,7 @@ from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from solvers.budget import Budget
-from solvers.dispatch import ENGINE, check_solver, minimise
+from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.liability import Liability, make_rule
 from solvers.search_result import SearchResult
 from solvers.solution import ADVICE, Solution, Status
@@ -62,6 +62,7 @@ def best_response(
     check_agent(game, agent)
     rule, budget = make_rule(game, charge), Budget(time_limit)
     response = respond(rule, agent, profile, check_solver(solver), budget)
+    response = tidied(rule.costs[agent], (agent,), response)
     status, advice = explain(game, response, (agent,))
     return Solution(
         game,

@@ -28,12 +28,14 @@ from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.engine.refine import refine
+from solvers.engine.tie_break import break_ties
 from solvers.equilibrium.best_response import respond
 from solvers.equilibrium.outcomes import Outcomes, without_start
 from solvers.equilibrium.regret_proofs import RegretProofs
 from solvers.equilibrium.start_profile import Entry, default_entries, start_profile
 from solvers.equilibrium.update_order import check_order, sweep_groups
 from solvers.liability import Liability, make_rule
+from solvers.pricing import price_profile
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status, Update
 from solvers.units import in_units_of_the_game
@@ -179,6 +181,7 @@ class _Dynamics:
         self.solver, self.budget, self.progress = solver, budget, progress
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
+        self.tidy = False
         self.proofs = RegretProofs(rule.game, tolerance)
         self.outcomes = Outcomes(rule, self.trace, budget)
 
@@ -203,7 +206,9 @@ class _Dynamics:
                         return self.outcomes.without_response(profile, not pending, i, responses[i])
                 profile = self._adopt(sweep, profile, responses, pending)
                 pending -= set(group)
-            if not self.changed:
+            if not self.changed and not self.tidy:
+                profile = self._tidied(profile)
+            elif not self.changed:
                 if effort is None or all(self.proofs.holds(i) for i in range(len(profile))):
                     return self.outcomes.converged(profile, self.proofs.bounds)
                 effort = effort * 8 if effort < LAST_EFFORT else None
@@ -227,6 +232,20 @@ class _Dynamics:
             if effort >= ENTRY_EFFORT and not patient:
                 return response
             effort *= 8
+
+    def _tidied(self, profile: Profile) -> Profile:
+        """Return the shortest plans in turn that cost their agents as much; no cost rises."""
+        self.tidy = True
+        for i, cost in enumerate(self.rule.costs):
+            priced = price_profile(cost, profile)
+            if priced is None:
+                break
+            others = {j: plan for j, plan in enumerate(profile) if j != i}
+            plan = break_ties(cost, (i,), others, priced).profile[i]
+            if plan != profile[i]:
+                self.proofs.invalidate(i, profile[i], plan)
+                profile = (*profile[:i], plan, *profile[i + 1 :])
+        return profile
 
     def _refined(self, profile: Profile) -> Profile:
         """Take many small steps at once; like responses, they lower the potential."""

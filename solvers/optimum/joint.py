@@ -20,7 +20,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
-from solvers.dispatch import ENGINE, check_solver, minimise
+from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.equilibrium.best_response import explain
 from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.certificate import certify
@@ -119,6 +119,7 @@ def _minimise_potential(
     else:
         first = _first_plans(rule, budget) if solver == ENGINE else None
         result = minimise(potential, agents, first, solver, budget, on_progress)
+    result = tidied(potential, agents, result)
     status, advice = explain(game, result, agents)
     return Solution(
         game,

@@ -10,6 +10,7 @@ from hypothesis import given
 from ppg_env import Agent, Game, InputError, Polytope, make_game
 from ppg_env.formats.game_file import game_from_tables, game_to_tables, game_to_toml, read_game
 from tests.ppg_env.strategies import double_integrator, games
+from tests.profiles import examples
 
 MINIMAL = """
 [[agent]]
@@ -44,6 +45,7 @@ def test_a_body_or_obstacle_made_as_disc_or_l1_ball_survives_a_file(shape: Polyt
     assert parse(game_to_toml(game)) == game
 
 
+@examples(0.25)
 @given(games())
 def test_tables_hold_only_what_json_and_toml_know(game: Game) -> None:
     def walk(value: object) -> None:
