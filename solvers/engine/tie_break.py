@@ -11,7 +11,7 @@ strictly convex, every margin is kept.  The evaluator confirms that the cost has
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -19,11 +19,11 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.game.objective import Objective
-from ppg_env.game.plan import Plan
+from ppg_env.game.plan import Plan, Profile
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.node_lp import OPTIONS, Faces
 from solvers.engine.presolve import Subproblem, presolve_encounters
-from solvers.pricing import PricedProfile, price
+from solvers.pricing import PricedProfile, price, price_profile
 
 ROUNDING = 1e-8
 """Relative rise of a cost that rounding in the programs explains."""
@@ -57,6 +57,21 @@ def break_ties(
     if tidy is None or tidy.value > best.value + ROUNDING * max(1.0, abs(best.value)):
         return best
     return tidy if _is_tidier(tidy, best, movers) else best
+
+
+def tidied_in_turn(costs: Sequence[Objective], profile: Profile) -> Profile:
+    """Return ``profile`` after the rule was applied to each agent's plan in turn.
+
+    ``costs`` are those of the agents.  The margins of every pair are kept, so no cost rises; an
+    infeasible profile is returned as it is.
+    """
+    for i, cost in enumerate(costs):
+        best = price_profile(cost, profile)
+        if best is None:
+            break
+        others = {j: plan for j, plan in enumerate(profile) if j != i}
+        profile = break_ties(cost, (i,), others, best).profile
+    return profile
 
 
 def _is_tidier(one: PricedProfile, other: PricedProfile, movers: tuple[int, ...]) -> bool:

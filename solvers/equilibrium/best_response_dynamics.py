@@ -28,14 +28,13 @@ from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.engine.refine import refine
-from solvers.engine.tie_break import break_ties
+from solvers.engine.tie_break import tidied_in_turn
 from solvers.equilibrium.best_response import respond
 from solvers.equilibrium.outcomes import Outcomes, without_start
 from solvers.equilibrium.regret_proofs import RegretProofs
 from solvers.equilibrium.start_profile import Entry, default_entries, start_profile
 from solvers.equilibrium.update_order import check_order, sweep_groups
 from solvers.liability import Liability, make_rule
-from solvers.pricing import price_profile
 from solvers.search_result import SearchResult
 from solvers.solution import Solution, Status, Update
 from solvers.units import in_units_of_the_game
@@ -234,18 +233,13 @@ class _Dynamics:
             effort *= 8
 
     def _tidied(self, profile: Profile) -> Profile:
-        """Return the shortest plans in turn that cost their agents as much; no cost rises."""
+        """Apply the tie rule to each plan in turn, once; no cost rises."""
         self.tidy = True
-        for i, cost in enumerate(self.rule.costs):
-            priced = price_profile(cost, profile)
-            if priced is None:
-                break
-            others = {j: plan for j, plan in enumerate(profile) if j != i}
-            plan = break_ties(cost, (i,), others, priced).profile[i]
+        tidy = tidied_in_turn(self.rule.costs, profile)
+        for i, plan in enumerate(tidy):
             if plan != profile[i]:
                 self.proofs.invalidate(i, profile[i], plan)
-                profile = (*profile[:i], plan, *profile[i + 1 :])
-        return profile
+        return tidy
 
     def _refined(self, profile: Profile) -> Profile:
         """Take many small steps at once; like responses, they lower the potential."""
