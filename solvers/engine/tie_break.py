@@ -5,8 +5,9 @@ programs minimise
 
     sum_i sum_t |u_it|_1,     then  sum_i sum_t |u_i,t+1 - u_it|_1  without a larger first sum.
 
-A sum of margins (objective ``margin``) may be distributed otherwise; for ``risk``, where losses are
-strictly convex, every margin is kept.  The evaluator confirms that the cost has not risen.
+The margins of an encounter may be distributed otherwise over its events if their sum counts
+(objective ``margin``); for ``risk``, where losses are strictly convex, every margin is kept.  The
+evaluator confirms that the cost has not risen.
 """
 
 from __future__ import annotations
@@ -62,8 +63,8 @@ def break_ties(
 def tidied_in_turn(costs: Sequence[Objective], profile: Profile) -> Profile:
     """Return ``profile`` after the rule was applied to each agent's plan in turn.
 
-    ``costs`` are those of the agents.  The margins of every pair are kept, so no cost rises; an
-    infeasible profile is returned as it is.
+    ``costs`` are those of the agents.  The losses of every encounter are kept, so no cost rises;
+    an infeasible profile is returned as it is.
     """
     for i, cost in enumerate(costs):
         best = price_profile(cost, profile)
@@ -97,7 +98,7 @@ def _keep_margins(program: FixedProgram, means: list[np.ndarray]) -> None:
         return
     faces = Faces(program.disjunctions)
     margins = faces.margins(program.point_at(means))
-    losses: list[tuple[int, float, float]] = []
+    losses: dict[int, list[tuple[int, float]]] = {}
     for k, part in enumerate(np.split(margins, faces.first[1:])):
         disjunction, p = program.disjunctions[k], int(part.argmax())
         margin = float(np.clip(part[p], 0.0, disjunction.cap))
@@ -107,10 +108,11 @@ def _keep_margins(program: FixedProgram, means: list[np.ndarray]) -> None:
         if disjunction.margin is not None:
             program.raise_floor(disjunction.margin, margin)
         else:
-            losses.append((disjunction.loss, disjunction.weight, program.game.margin_cap - margin))
-    if losses:
-        numbers, weights, values = zip(*losses, strict=True)
-        program.limit(numbers, weights, float(np.dot(weights, values)))
+            loss = program.game.margin_cap - margin
+            losses.setdefault(disjunction.encounter, []).append((disjunction.loss, loss))
+    for pairs in losses.values():
+        columns, values = zip(*pairs, strict=True)
+        program.limit(columns, np.ones(len(columns)), float(sum(values)))
 
 
 def _keep_efforts(

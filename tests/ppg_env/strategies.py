@@ -240,7 +240,7 @@ def plays(draw: st.DrawFn, scale: str | None = None, missing: bool = False) -> P
 
 
 def _is_clear(agent: Agent, wall: np.ndarray) -> bool:
-    """Whether an agent may stop at its goal beside an obstacle."""
+    """Whether an agent may stop at its goal next to an obstacle."""
     collision = collision_set(agent.shape, Polytope.from_vertices(wall))
     return float(collision.clearance(agent.goal)) >= 0
 

@@ -22,7 +22,7 @@ SETS = {
     ),
     "a point": Polytope.from_vertices([[2, 1]]),
     "the origin": Polytope.box([0.0, 0.0]),
-    "a triangle beside zero": Polytope.from_vertices([[1, 0], [3, 0], [3, 2]]),
+    "a triangle next to zero": Polytope.from_vertices([[1, 0], [3, 0], [3, 2]]),
     "zero on the edge": Polytope.from_vertices([[0, -1], [6, -1], [6, 1], [0, 1]]),
     "an interval on one side": Polytope.from_vertices([[1.0], [3.0]]),
     "one number": Polytope.from_vertices([[2.0]]),

@@ -41,7 +41,7 @@ AGENTS = {
     "one-sided thrusters": accelerated(
         [10.0, 4.0, 0.0, 0.0], UNIT_CUBE, B=THRUSTERS, gain=np.zeros((3, 4))
     ),
-    "a triangle beside zero": point(
+    "a triangle next to zero": point(
         [20.0, 9.0], Polytope.from_vertices([[1, 0], [3, 0], [3, 2]])
     ),
     "zero on the edge": accelerated(
