@@ -1,4 +1,4 @@
-r"""How far an agent's mean can move in each step, as far as simple bounds report.
+r"""How far an agent's mean can move in each step, by simple bounds.
 
     a'(p_{t+1} - p_t) = a'C (A - I) xbar_t + a'C B ubar_t,     C selects the positions p
 
