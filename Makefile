@@ -11,7 +11,7 @@ PACKAGES := ppg_env solvers baselines benchmarks
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:  # pip must not run twice in one environment
-.PHONY: help demo test test-slow fuzz lint types docs format clean
+.PHONY: help demo test test-slow test-nightly fuzz lint types docs format clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -28,7 +28,10 @@ test: $(VENV)/.test ## Run the tests that guard a change (PYTEST_ARGS="-k name" 
 	$(BIN)/python -m pytest -n 2 -q -m "not slow" $(PYTEST_ARGS)
 
 test-slow: $(VENV)/.test ## Run the other tests: whole trainings, studies, sweeps and proofs
-	$(BIN)/python -m pytest -n 2 -q -m slow $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 -q -m "slow and not nightly" $(PYTEST_ARGS)
+
+test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion against other solvers
+	$(BIN)/python -m pytest -n 2 -q -m "slow and nightly" $(PYTEST_ARGS)
 
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)

@@ -130,6 +130,7 @@ def test_results_do_not_depend_on_the_unit_of_length(name, scale):
     assert_same_results(game, moved(game, scale))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("shift", SHIFTS)
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])

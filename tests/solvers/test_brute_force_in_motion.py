@@ -75,6 +75,7 @@ def social_and_potential(game):
     return social, enumerated_optimum(game, lams / (1 - lams), 1.0, works / (1 - lams))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("motion", first(1, MOTIONS), ids=str)
 @pytest.mark.parametrize("solver", ["ENGINE", "HIGHS"])
 @pytest.mark.parametrize("make", first(1, [line, crossing]))
@@ -94,6 +95,7 @@ def test_best_responses_are_the_least_of_all_enumerated_plans(motion, solver, ma
             assert response.bound == pytest.approx(least, **NEAR)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("motion", MOTIONS, ids=str)
 @pytest.mark.parametrize("make", first(1, [line, crossing]))
 def test_joint_optima_are_the_least_of_all_enumerated_profiles(motion, make):
@@ -103,6 +105,7 @@ def test_joint_optima_are_the_least_of_all_enumerated_profiles(motion, make):
     assert potential_equilibrium(game).value == pytest.approx(potential, **NEAR)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", MOTIONS, ids=str)
 @pytest.mark.parametrize("make", [line, crossing])
@@ -112,6 +115,7 @@ def test_joint_optima_of_the_reference_are_the_least_of_all_enumerated_profiles(
     assert social_optimum(game, solver="HIGHS").value == pytest.approx(social, **NEAR)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("motion", MOTIONS, ids=str)
 @pytest.mark.parametrize("until", [None, 3])
 @pytest.mark.parametrize("solver", first(1, ["ENGINE", "HIGHS"]))

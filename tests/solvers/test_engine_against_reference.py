@@ -117,6 +117,7 @@ def test_mixed_games_of_three_agents_agree_with_the_reference(seed):
         assert_agree(weights, range(3), None)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", first(1, PAPER))
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("kind", first(1, KINDS))
@@ -127,6 +128,7 @@ def test_best_responses_in_motion_agree_with_the_reference(name, motion, kind, s
     assert_agree(objective.selfish(game, 0), (0,), straight)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["course", "corridor", "intersection_3d", "circle(4)"])
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -136,6 +138,7 @@ def test_best_responses_among_obstacles_and_crowds_in_motion_agree(name, motion)
     assert_agree(objective.selfish(game, 0), (0,), straight)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", first(0, PAPER[:4]))
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("kind", KINDS)
@@ -145,6 +148,7 @@ def test_joint_optima_in_motion_agree_with_the_reference(name, motion, kind):
         assert_agree(weights, (0, 1), None)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", slow_if(lambda seed: seed not in QUICK, [*SOLVED, *SPACE]))
 def test_random_games_in_motion_agree_with_the_reference(seed):
     mixed = mixed_game(seed, in_motion=True)
@@ -196,6 +200,7 @@ def test_three_agents_have_one_optimum_on_scip():
     )
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("motion", first(1, MOTIONS))
 @pytest.mark.parametrize("name", first(1, ["head_on", "intersection"]))
 def test_plans_in_motion_agree_with_scip(name, motion):
@@ -208,6 +213,7 @@ def test_plans_in_motion_agree_with_scip(name, motion):
     assert social_optimum(game, solver="scip").value == pytest.approx(social.value, rel=1e-6)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", FLAT[:30:3])
 def test_random_games_in_motion_agree_with_scip(seed):

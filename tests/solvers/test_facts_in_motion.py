@@ -44,6 +44,7 @@ def with_equal(game, lam):
     return replace(game, agents=tuple(replace(agent, lam=lam) for agent in game.agents))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", first(4, SEEDS))
 def test_a_best_response_lowers_the_potential_by_its_gain(seed):
     mixed = mixed_game(seed, in_motion=True)
@@ -58,6 +59,7 @@ def test_a_best_response_lowers_the_potential_by_its_gain(seed):
         assert gain == pytest.approx((1 - agent.lam) * fall, abs=near)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", first(4, SEEDS))
 def test_the_minimiser_of_the_potential_is_an_equilibrium_in_motion(seed):
     game = mixed_game(seed, in_motion=True).game
@@ -66,6 +68,7 @@ def test_the_minimiser_of_the_potential_is_an_equilibrium_in_motion(seed):
     assert certify(game, solution.profile).epsilon <= 1e-4
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", first(4, SEEDS))
 def test_pigou_makes_the_social_optimum_an_equilibrium_in_motion(seed):
     game = mixed_game(seed, in_motion=True).game
@@ -74,6 +77,7 @@ def test_pigou_makes_the_social_optimum_an_equilibrium_in_motion(seed):
     assert certify(game, optimum.profile, charge="pigou").epsilon <= 1e-4
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", first(4, SEEDS))
 @pytest.mark.parametrize("lam", first(1, [0.5, 0.2]))
 def test_the_price_of_stability_is_at_most_two_in_motion(seed, lam):
@@ -124,6 +128,7 @@ def test_a_selfish_society_is_one_of_planners_with_other_lam_and_effort(lam, wor
     assert not np.allclose(unscaled.effort, factor * potential.effort, rtol=1e-3)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("motion", first(1, MOTIONS))
 def test_a_selfish_society_plans_as_one_that_cares_half_as_much(motion):
     lam, works = 0.6, [0.01, 0.03]

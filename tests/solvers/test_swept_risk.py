@@ -66,6 +66,7 @@ def test_the_bound_holds_and_is_tight_where_crashes_can_be_counted(case: tuple) 
     assert 1.0 < judge(*planned(*case), 200_000) <= TIGHT
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_a_million_episodes_never_refute_the_bound(case: tuple) -> None:
