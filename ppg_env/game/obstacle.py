@@ -58,7 +58,7 @@ class Obstacle(Record):
             self.until is None or (whole and self.until >= 1),
             "until",
             f"is {self.until!r:.40}",
-            "write the time at which the obstacle is gone, 1 or more",
+            "write the time at which the obstacle is gone, a whole number from 1",
         )
 
     @property

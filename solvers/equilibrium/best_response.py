@@ -134,8 +134,8 @@ def _walled_off(game: Game, agent: int) -> str:
     parked = [] if game.on_goal == "remove" else _parked(game, agent)
     closing = " and ".join(["obstacles"] * bool(game.obstacles) + parked)
     return (
-        f"{name} cannot reach its goal: {closing} close every way; "
-        "open a gap wider than its body, or move its start or goal"
+        f"{name} cannot reach its goal: every way is closed by {closing}; "
+        f"open a gap wider than the body of {name}, or move its start or goal"
     )
 
 
