@@ -42,9 +42,10 @@ Obstacles on paths move with the clock, and rest at the last position.  One with
 is displaced by a random walk until it rests.  From its ``until`` on it is gone.  Where bodies stay,
 an episode goes on until no obstacle moves that could hit a parked body.
 
-Each step of an agent costs its ``effort`` w as well: w |u|_1, u the applied input.  Without noise
-and on schedule the return for ``margin`` is minus the plan's shifted cost.  With noise, feedback
-adds to the effort: on average it costs as much as planned, or more.
+Each step of an agent costs its ``effort`` as well, times the sum of the absolute values of the
+inputs that are applied.  Without noise and on schedule the return for ``margin`` is minus the
+plan's shifted cost.  With noise, feedback adds to the effort: on average it costs as much as
+planned, or more.
 
 Only means are bound by ``within``: realised states may leave the workspace, which infos report.
 Nor do ``reserve`` and ``within`` change what the environment does with an input.
