@@ -166,18 +166,10 @@ def test_the_way_through_the_maze_has_twelve_steps() -> None:
     assert solution.evaluation.arrival == (12,)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_three_cars_merge_at_a_social_cost_of_27() -> None:
     solution = best_response_dynamics(load("merge", collisions="instants"))
     assert solution.status == "equilibrium"
     assert solution.evaluation.feasible
     assert round(solution.evaluation.social_cost, 4) == 27.0
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(reason="no first plan of all three within the limit", strict=True)
-def test_the_social_optimum_of_the_merge_is_27() -> None:
-    solution = social_optimum(load("merge", collisions="instants"), time_limit=120)
-    assert solution.evaluation is not None
-    assert round(solution.evaluation.social_cost, 4) == 27.0
-    assert round(solution.bound, 4) == 27.0
