@@ -175,8 +175,8 @@ def test_the_bound_from_pairs_is_never_above_the_optimum(name, lam):
 
 
 @pytest.mark.slow
-def test_descent_costs_no_more_than_best_responses_and_repeats_itself():
-    game = crossing()
+def test_descent_betters_best_responses_and_repeats_itself():
+    game = make_game("head_on", speed="l1", objective="risk", lam=0.8)
     best = social_optimum(game)
     values = []
     budgets = [Budget(None, 4000) for _ in range(2)]
@@ -185,7 +185,7 @@ def test_descent_costs_no_more_than_best_responses_and_repeats_itself():
     ]
     assert profiles[0].profile == profiles[1].profile
     assert values == sorted(values[: len(values) // 2], reverse=True) * 2
-    assert best.value - 1e-6 <= values[-1] <= values[0]
+    assert best.value - 1e-6 <= values[-1] < values[0]
 
 
 def test_many_agents_get_plans_a_bound_and_the_truth_about_the_gap():
