@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import combinations
 from math import erfc, inf, sqrt
 
 import numpy as np
@@ -156,22 +157,63 @@ def control_excess(agent: Agent, controls: list[np.ndarray]) -> float:
     worst, spreads = 0.0, spread_over_time(agent, len(controls))
     for t, u in enumerate(controls):
         asked = agent.gain @ spreads[t] @ agent.gain.T
-        for normal, offset in zip(*agent.control_at(t).faces, strict=True):
-            room = agent.reserve * sqrt(max(normal @ asked @ normal, 0.0))
-            worst = max(worst, float(normal @ u + room - offset))
+        faces = list(zip(*agent.control_at(t).faces, strict=True))
+        room = [agent.reserve * sqrt(max(n @ asked @ n, 0.0)) for n, _ in faces]
+        if any(room):
+            cut = [(n, b - less) for (n, b), less in zip(faces, room, strict=True)]
+            faces = faces_that_remain(cut)
+        for normal, offset in faces:
+            worst = max(worst, float(normal @ u - offset))
     return worst
+
+
+def faces_that_remain(faces: list[Face]) -> list[Face]:
+    """Faces of the set between planes that were moved inwards, some of which it no longer touches.
+
+    A face has d corners, among the points where d planes meet, that are not in fewer dimensions.
+    """
+    d = len(faces[0][0])
+    size = max(abs(offset) for _, offset in faces)
+    corners = []
+    for planes in combinations(faces, d):
+        rows = np.array([normal for normal, _ in planes])
+        if abs(np.linalg.det(rows)) > 1e-9:
+            corner = np.linalg.solve(rows, [offset for _, offset in planes])
+            if all(normal @ corner <= offset + 1e-9 * size for normal, offset in faces):
+                corners.append(corner)
+    remaining = []
+    for normal, offset in faces:
+        on = [c for c in corners if normal @ c >= offset - 1e-9 * size]
+        if on and np.linalg.matrix_rank(np.array(on) - on[0], tol=1e-6 * size) == d - 1:
+            remaining.append((normal, offset))
+    return remaining
 
 
 def within_excess(agent: Agent, states: list[np.ndarray]) -> float:
-    """By how much a mean is beyond a face of its workspace, or too near."""
-    worst, spreads = 0.0, spread_over_time(agent, len(states))
+    """By how much a mean is beyond a face of its workspace, or too near; all as lengths."""
+    worst, spreads, units = 0.0, spread_over_time(agent, len(states)), units_of_state(agent)
     for region in agent.within:
         for normal, offset in zip(region.normals, region.offsets, strict=True):
             k = len(normal)
+            length = sqrt(sum((normal * units[:k]) ** 2)) / units[0]
             for x, spread in zip(states, spreads, strict=False):
                 sigma = sqrt(max(normal @ spread[:k, :k] @ normal, 0.0))
-                worst = max(worst, float(normal @ x[:k] + region.sigmas * sigma - offset))
+                beyond = float(normal @ x[:k] + region.sigmas * sigma - offset)
+                worst = max(worst, beyond / length)
     return worst
+
+
+def units_of_state(agent: Agent) -> np.ndarray:
+    """The size of the body for positions; for other components, what moves one by so much."""
+    corners, n = agent.shape.vertices, agent.state_dim
+    units = np.full(n, inf)
+    units[: agent.dim] = max(np.ptp(corners, axis=0))
+    for _ in range(n):
+        for k in range(agent.dim, n):
+            for j in range(n):
+                if j != k and agent.A[j, k] != 0:
+                    units[k] = min(units[k], units[j] / abs(agent.A[j, k]))
+    return units
 
 
 def spread_over_time(agent: Agent, horizon: int) -> list[np.ndarray]:
