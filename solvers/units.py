@@ -43,13 +43,13 @@ class _Conversion:
 
     def into(self, value: Any) -> Any:
         """Return a profile as one of the canonical game; any other value as it is."""
-        if not isinstance(value, tuple) or not value:
+        if not isinstance(value, (list, tuple)) or not value:
             return value
         if not all(isinstance(plan, Plan) for plan in value):
             return value
         if len(value) != len(self._frame.controls):  # the planner refuses it
             return value
-        profile = self._frame.into(value)
+        profile = self._frame.into(tuple(value))
         self._given |= dict(zip(profile, value, strict=True))
         return profile
 

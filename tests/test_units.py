@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
-from ppg_env import Agent, Game, Polytope, make_game, straight_plan
+from ppg_env import Agent, Game, InputError, Polytope, make_game, straight_plan
+from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game import HalfSpaces, Obstacle, evaluate, make_profile
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.solution import Status
+from tests.command import Ppg
 
 SCALES = [1e-9, 1e-7, 1e-3, 7.0, 1e4, 1e7, 1e9]
 SHIFTS = [(0.0, 0.0), (1.5e7, -1.5e7), (-3.0e5, 0.0)]
@@ -150,3 +155,43 @@ def test_results_do_not_depend_on_the_unit_of_time(tick):
 def test_results_do_not_depend_on_the_origin(shift):
     game = GAMES["head_on"]()
     assert_same_results(game, moved(game, 1.0, shift))
+
+
+SENTENCE = r"^[^;]+, too (small|large) for double arithmetic; \w[^;]*\.$"
+
+
+@pytest.mark.parametrize("size", [3e-12, 1e-11, 1e16])
+def test_bodies_within_the_limits_make_the_same_game(size):
+    game = GAMES["head_on"]()
+    other = moved(game, size / 15)
+    values = []
+    for each in (game, other):
+        flights = [straight_plan(agent, each.horizon) for agent in each.agents]  # no tuple
+        values.append(best_response(each, 0, flights).value)
+        values.append(best_response(each, 1, flights).value)
+    assert values[2:] == pytest.approx(values[:2], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", GAMES)
+@pytest.mark.parametrize("size", [1e-20, 2e-13, 5e17, 1e18, 1e30])
+def test_a_game_with_bodies_beyond_the_limits_is_refused_in_one_sentence(name, size):
+    game = GAMES[name]()
+    with pytest.raises(InputError, match=SENTENCE):
+        moved(game, size / 15)
+
+
+@pytest.mark.parametrize("size", [1e-20, 1e-11, 1e-8, 1e10, 1e18, 1e30])
+def test_a_single_body_of_another_magnitude_is_refused_in_one_sentence(
+    size: float, ppg: Ppg, tmp_path: Path
+) -> None:
+    """Among bodies of usual size: too small for its positions, or too large for its controls."""
+    with pytest.raises(InputError, match=SENTENCE):
+        make_game("head_on", shape={0: Polytope.box([size, size])})
+    tables = game_to_tables(GAMES["head_on"]())
+    tables["agent"][0]["shape"] = {"box": [size, size]}
+    file = tmp_path / "extreme.toml"
+    file.write_text(tomli_w.dumps(tables), encoding="utf-8")
+    run = ppg("solve", file, code=2)
+    (line,) = run.err.splitlines()
+    assert re.match(r"^.*extreme\.toml: agent\[0\]\.[^;]+double arithmetic; \w[^;]*$", line)
+    assert run.out == ""
