@@ -191,9 +191,8 @@ class FreeSpace:
         goals, reached = self.cells.near(self.goal), self.cells.near(self.start)
         moving = [body for body in self.bodies if not body.rests]
         self.reached = [reached]
-        advance = self._along_step if self._swept else self._at_instant
         for t in range(len(self._lengths)):
-            moved, reached = advance(self.cells, reached, always, moving, t)
+            moved, reached = self._advance(self.cells, reached, always, moving, t)
             # Cells round every step up; longer spans and reachable sets do not.
             near = ~self.cells.beyond(self._directions, self._upper[t + 1])
             for span in SPANS[not moving :]:
@@ -206,39 +205,25 @@ class FreeSpace:
             if not reached.any():
                 return
 
-    def _along_step(
-        self,
-        cells: Cells,
-        reached: np.ndarray,
-        always: np.ndarray,
-        moving: Sequence[Barrier],
-        t: int,
+    def _advance(
+        self, cells: Cells, reached: np.ndarray, always: np.ndarray, moving: list[Barrier], t: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return twice the cells reached at t + 1, connected to those ``reached`` at t."""
-        around = [body for body in moving if t < body.until]
-        parts = _parts(around, t)
-        kernel = self.kernel(cells, self._lengths[t] / parts)
-        for part in range(parts):
-            ends = np.array([part, part + 1]) / parts
-            free = ~self._blocked(cells, always, around, t, ends)
-            reached = connected(reached, dilated(reached, kernel) & free)
-        return reached, reached
+        """Return where the mean can arrive at t + 1, and where it can be in traffic then.
 
-    def _at_instant(
-        self,
-        cells: Cells,
-        reached: np.ndarray,
-        always: np.ndarray,
-        moving: Sequence[Barrier],
-        t: int,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cells within a step of those ``reached`` at t, and the free ones of them.
-
-        At its arrival, an agent is out of traffic.
+        Both are the free cells that are connected to those ``reached`` at t, or at instants the
+        cells within a step, and the free ones of them: at its arrival, an agent is out of traffic.
         """
-        moved = dilated(reached, self.kernel(cells, self._lengths[t]))
-        around = [body for body in moving if t + 1 < body.until]
-        return moved, moved & ~self._blocked(cells, always, around, t + 1, np.zeros(1))
+        first = t if self._swept else t + 1
+        around = [body for body in moving if first < body.until]
+        parts = _parts(around, t) if self._swept else 1
+        kernel = self.kernel(cells, self._lengths[t] / parts)
+        moved = reached
+        for part in range(parts):
+            ends = np.array([part, part + 1]) / parts if self._swept else np.zeros(1)
+            free = ~self._blocked(cells, always, around, first, ends)
+            moved = dilated(reached, kernel)
+            reached = connected(reached, moved & free) if self._swept else moved & free
+        return reached if self._swept else moved, reached
 
     def _blocked(
         self,
