@@ -141,6 +141,37 @@ def test_an_agent_at_its_goal_leaves_or_is_in_the_way() -> None:
     assert stays.status in ("infeasible", "unreachable", "time_limit")
 
 
+@pytest.mark.parametrize(
+    ("planner", "solver"),
+    [("nash", "engine"), ("social", "engine"), ("potential", "engine"), ("nash", "highs")],
+)
+def test_an_agent_that_is_hit_at_its_goal_is_named_with_the_obstacle(
+    planner: str, solver: str, ppg: Ppg
+) -> None:
+    words = ("solve", GAMES / "hitatgoal.toml", "--solution", planner, "--solver", solver)
+    run = ppg(*words, "--on-goal", "stay", code=3)
+    assert run.out == ""
+    said = " ".join(run.err.split())
+    assert "agent_0 starts at its goal and stays there, where obstacle 0 hits it; move its" in said
+
+
+def test_an_agent_that_is_hit_at_its_goal_leaves_or_arrives_later() -> None:
+    game = load("hitatgoal")
+    leaves = social_optimum(game)
+    assert leaves.status == "optimal"
+    assert leaves.evaluation.arrival == (0, 5)
+    late = {"start": {0: [0.0, -4.0]}, "on_goal": "stay"}
+    waits = social_optimum(load("hitatgoal", **late))
+    assert waits.status == "optimal"
+    assert waits.evaluation.arrival == (6, 5)  # later than the obstacle by a margin
+    for planner in (best_response_dynamics, social_optimum, potential_equilibrium):
+        refused = planner(load("hitatgoal", **late, horizon=4, control={1: {"box": [3.0, 3.0]}}))
+        assert refused.status == "unreachable"
+        assert refused.profile is None
+        assert "agent_0 cannot arrive within the horizon of 4: obstacle 0 hits" in refused.advice
+        assert "set the horizon to 5 or more" in refused.advice
+
+
 @pytest.mark.parametrize(("name", "arrival"), [("thr3", (8,)), ("os1", (5, 9))])
 def test_one_sided_thrusters_reach_their_goals(name: str, arrival: tuple[int, ...]) -> None:
     game = load(name)

@@ -1,28 +1,40 @@
-"""Lower bounds on arrivals among bodies that rest, and proofs that goals are out of reach."""
+"""Lower bounds on arrivals among obstacles, and proofs that goals are out of reach.
+
+Bodies that rest close ways (:mod:`ppg_env.game.free_space`), bodies that move pass over goals
+(:mod:`ppg_env.game.goal_hits`).
+"""
 
 from __future__ import annotations
 
 from functools import lru_cache
 
-from ppg_env.game.barriers import barriers
+import numpy as np
+
+from ppg_env.game.barriers import barriers, starts_at_goal
 from ppg_env.game.free_space import MOST_CELLS, FreeSpace
 from ppg_env.game.game import Game
+from ppg_env.game.goal_hits import hit_arrivals
 from ppg_env.game.reachability import earliest_arrival
 
 
 @lru_cache(maxsize=1024)
 def earliest_way(game: Game, index: int) -> int | None:
-    """Return a lower bound on the arrival of an agent among the bodies that rest at all times.
+    """Return a lower bound on the arrival of an agent among obstacles, and bodies that rest.
 
     Where there are none, it is the earliest arrival without other bodies.  The result is None if
-    the agent cannot reach its goal within the horizon.
+    the agent cannot reach its goal within the horizon, or is hit there whatever it does.
     """
     first = earliest_arrival(game.agents[index], game.horizon)
-    if not first or not has_walls(game, index):
-        return first
-    bodies = [body for body in barriers(game, index, {}) if body.rests]
-    later = next(FreeSpace(game, index, bodies).arrivals(), None)
-    return None if later is None else max(first, later)
+    hit = hit_arrivals(game, index).any(axis=0)
+    if starts_at_goal(game.agents[index]):
+        return None if hit[0] else first
+    if first and has_walls(game, index):
+        bodies = [body for body in barriers(game, index, {}) if body.rests]
+        later = next(FreeSpace(game, index, bodies).arrivals(), None)
+        first = None if later is None else max(first, later)
+    if first is None or hit[first:].all():
+        return None
+    return first + int(np.argmin(hit[first:]))
 
 
 def has_walls(game: Game, index: int) -> bool:

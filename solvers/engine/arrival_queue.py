@@ -6,6 +6,7 @@ import heapq
 from collections.abc import Callable, Mapping
 from itertools import count
 
+from ppg_env.game.barriers import starts_at_goal
 from solvers.engine.branch_and_bound import BranchAndBound
 from solvers.engine.presolve import Subproblem, presolve_encounters
 
@@ -30,6 +31,10 @@ class ArrivalQueue:
         representative: Callable[[Mapping[int, int]], bool],
     ) -> None:
         self._subproblem, self._representative = subproblem, representative
+        game = subproblem.game
+        self._latest = [
+            0 if starts_at_goal(game.agents[i]) else game.horizon for i in subproblem.movers
+        ]
         self._order = count()
         self._heap: list[tuple[float, int, tuple[int, ...], int | None, BranchAndBound | None]] = []
         self._push_unchecked(tuple(first[i] for i in subproblem.movers), 0)
@@ -53,7 +58,7 @@ class ArrivalQueue:
             if raised is None:
                 return bound, arrivals, tree
             for k in range(raised, len(times)):
-                if times[k] < subproblem.game.horizon:
+                if times[k] < self._latest[k]:
                     self._push_unchecked((*times[:k], times[k] + 1, *times[k + 1 :]), k)
             if not self._representative(arrivals):
                 continue

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ppg_env.errors import InputError, require
 from ppg_env.game.barriers import starts_at_goal
 from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.game import Game
+from ppg_env.game.goal_hits import hit_arrivals
 from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.plan import Profile
 from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
@@ -95,12 +98,15 @@ def respond(
 
 def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[Status, str]:
     """Return status and advice, with the agents named whose goals are out of reach."""
-    advice = ADVICE[result.status].format(when=overlap_times(game))
-    if result.status is Status.UNREACHABLE:
-        advice = unreachable_advice(game, movers)
-    elif result.detail and result.status is Status.ERROR:
+    status = result.status
+    if status is Status.INFEASIBLE and any(earliest_way(game, i) is None for i in movers):
+        status = Status.UNREACHABLE
+    if status is Status.UNREACHABLE:
+        return status, unreachable_advice(game, movers)
+    advice = ADVICE[status].format(when=overlap_times(game))
+    if result.detail and status is Status.ERROR:
         advice += f" (it reported: {result.detail})"
-    return result.status, advice
+    return status, advice
 
 
 def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
@@ -115,17 +121,44 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
                 + remedy
             )
         if earliest_way(game, i) is None:
-            return _walled_off(game, i)
+            hit = _hit_at_goal(game, i)
+            return _walled_off(game, i) if hit is None else hit
     return ADVICE[Status.UNREACHABLE]
+
+
+def _hit_at_goal(game: Game, agent: int) -> str | None:
+    """Return the advice where obstacles that move hit an agent at its goal; None if none does."""
+    name, waits = game.agent_names[agent], starts_at_goal(game.agents[agent])
+    first = 0 if waits else earliest_arrival(game.agents[agent], game.horizon) or 0
+    hits = hit_arrivals(game, agent)[:, first : first + 1 if waits else None]
+    if not hits.any(axis=0).all():
+        return None
+    closing = " and ".join(f"obstacle {k}" for k in np.flatnonzero(hits[:, -1]))
+    if waits:
+        return (
+            f"{name} starts at its goal and stays there, where {closing} hits it; move its start "
+            'or its goal, change the path of the obstacle, or write on_goal = "remove"'
+        )
+    needed = _sufficient(game, agent)
+    remedy = "move its goal" if needed is None else f"set the horizon to {needed} or more"
+    return (
+        f"{name} cannot arrive within the horizon of {game.horizon}: {closing} hits it at its goal "
+        f"whenever it arrives; {remedy}, or change the path of the obstacle"
+    )
+
+
+def _sufficient(game: Game, agent: int) -> int | None:
+    """Return the least arrival that a longer horizon allows, if there is one."""
+    most = min(LONGER * game.horizon, LONGEST_HORIZON)
+    try:
+        return earliest_way(replace(game, horizon=most), agent)
+    except InputError:  # the game allows no such horizon
+        return None
 
 
 def _walled_off(game: Game, agent: int) -> str:
     """Return the advice where bodies at rest keep an agent from its goal."""
-    name, most = game.agent_names[agent], min(LONGER * game.horizon, LONGEST_HORIZON)
-    try:
-        needed = earliest_way(replace(game, horizon=most), agent)
-    except InputError:  # the game allows no such horizon
-        needed = None
+    name, needed = game.agent_names[agent], _sufficient(game, agent)
     if needed is not None:
         return (
             f"{name} cannot reach its goal around the obstacles within the horizon of "

@@ -116,9 +116,12 @@ class Mover:
 
     @property
     def possible_arrivals(self) -> np.ndarray:
-        """(H+1,) 1 from the earliest arrival on, 0 before."""
+        """(H+1,) 1 from the earliest arrival on, 0 before; an agent at its goal has arrived."""
+        times = np.arange(self.horizon + 1)
+        if self.earliest == 0:
+            return (times == 0).astype(float)
         first = self.horizon + 1 if self.earliest is None else self.earliest
-        return (np.arange(self.horizon + 1) >= first).astype(float)
+        return (times >= first).astype(float)
 
     @property
     def time(self) -> cp.Expression:
