@@ -63,7 +63,7 @@ def price_margins(
             i, j = pair[e, 0], pair[e, 1]
             if presence[i] + presence[j] <= MOVING:
                 continue
-            first, end = first_face[e], first_face[e + 1]
+            first, end = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
             table, row, following = units[0], min(time, last), min(time + 1, last)
             if stay:
                 for k in range(1 + swept):
@@ -107,7 +107,7 @@ def collide(
                     continue
             elif presence[i] + presence[j] <= MOVING:
                 continue
-            first, last = first_face[e], first_face[e + 1]
+            first, last = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
             if swept:
                 met = crossing(axes, before, state, c, i, j, normals, depths, first, last)
             else:

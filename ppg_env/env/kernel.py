@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, NEVER, POLYGON, Tables
+from ppg_env.env.broad_phase import sweep
 from ppg_env.env.encounters import collide, price_margins
 from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
@@ -69,8 +70,12 @@ def step(
         price_margins(g.axes, before, state, status, arrived, parked, clock, True, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
                       g.first_face, g.units, safety_cost)  # fmt: skip
-    collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
-            g.pair, g.normals, g.depths, g.first_face, crashed, overlap)  # fmt: skip
+    if g.many:
+        sweep(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
+              g.pair, g.normals, g.depths, g.first_face, g.extents, crashed, overlap)  # fmt: skip
+    else:
+        collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
+                g.pair, g.normals, g.depths, g.first_face, crashed, overlap)  # fmt: skip
     _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
             g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
             safety_cost, reward, terminated, truncated, over)  # fmt: skip

@@ -179,6 +179,6 @@ def approach(axes, state, status, clock, stay, pair, normals, offsets, first_fac
             parked = stay and agent and first + second == ARRIVED  # one parked, one in traffic
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
-            best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],
-                             first_face[e + 1], units, row)  # fmt: skip
+            start, end = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
+            best = best_face(axes, state, c, i, j, normals, offsets, start, end, units, row)
             closest[c] = min(closest[c], best)
