@@ -43,13 +43,13 @@ class Tables(NamedTuple):
     path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
     (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
     which none of them moves;
-    pair (E, 3) bodies i and j, j = -1 for an obstacle at rest, N + k for the moving obstacle k,
-    and the kind of the encounter; normals, offsets, depths of the collision sets, those of kind q
-    from ``first_face[q]`` on (:class:`ppg_env.game.margins.CollisionFaces`);
+    pair (E, 4) bodies i and j, j = -1 for an obstacle at rest, N + k for the moving obstacle k;
+    then the first face of the encounter and the one after its last, among the normals, offsets and
+    depths of the collision sets (:class:`ppg_env.game.margins.CollisionFaces`);
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times; no faces unless ``margin_reward``;
-    extents (2, N + O, d) of all bodies, and whether there are so ``many`` that pairs are found by
-    sorting (:mod:`ppg_env.env.encounter_tables`);
+    extents (2, N + O, d) of all bodies; empty if there are too few to find pairs by sorting
+    (:mod:`ppg_env.env.encounter_tables`);
     crash_cost kappa;
     centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
@@ -82,10 +82,8 @@ class Tables(NamedTuple):
     normals: np.ndarray
     offsets: np.ndarray
     depths: np.ndarray
-    first_face: np.ndarray
     units: np.ndarray
     extents: np.ndarray
-    many: bool
     margin_cap: float
     crash_cost: float
     scheduled: bool

@@ -17,7 +17,7 @@ from ppg_env.game.compiled_margins import crossing, inside
 @njit(cache=True)
 def sweep(
     axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, normals,
-    depths, first_face, extents, crashed, overlap,
+    depths, extents, crashed, overlap,
 ):  # fmt: skip
     """Flag encounters in traffic that overlap; arguments are those of ``collide`` and ``extents``.
 
@@ -59,7 +59,7 @@ def sweep(
                 e = i * (2 * N - i - 1) // 2 + j - i - 1
                 if j >= N:
                     e = pairs + i * (M - N) + j - N
-                start, end = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
+                start, end = pair[e, 2], pair[e, 3]
                 if swept:
                     met = crossing(axes, before, state, c, i, place[j], normals, depths, start, end)
                 else:

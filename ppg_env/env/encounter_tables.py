@@ -28,19 +28,18 @@ def encounter_tables(game: Game, margin_reward: bool) -> dict[str, Any]:
     """
     kinds, samples = encounter_kinds(game)
     faces, pair = collision_faces(game, samples), encounter_pairs(game)
-    bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
+    moving = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
+    bodies = len(game.agents) + len(game.obstacles)
     for e, encounter in enumerate(game.encounters):
         if encounter.obstacle is not None:
-            pair[e, 1] = bodies.get(encounter.obstacle, -1)
+            pair[e, 1] = moving.get(encounter.obstacle, -1)
     return {
-        "pair": np.column_stack([pair, kinds]),
+        "pair": np.column_stack([pair, faces.first[kinds], faces.first[kinds + 1]]),
         "normals": faces.normals,
         "offsets": faces.offsets,
         "depths": faces.depths,
-        "first_face": faces.first,
         "units": margin_units(game) if margin_reward else np.zeros((3, game.horizon + 1, 0)),
-        "extents": _extents(game),
-        "many": len(game.agents) + len(game.obstacles) >= MANY_BODIES,
+        "extents": extents(game) if bodies >= MANY_BODIES else np.zeros((2, 0, game.dim)),
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
     }
@@ -96,7 +95,7 @@ def _units(game: Game, encounter: Encounter) -> np.ndarray:
     return result
 
 
-def _extents(game: Game) -> np.ndarray:
+def extents(game: Game) -> np.ndarray:
     """Return (2, N + O, d) lowest and highest points of all bodies, about their reference points.
 
     Obstacles follow in the order of the game.  Two bodies overlap only if the boxes do: these are

@@ -44,7 +44,7 @@ def mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presenc
 @njit(cache=True)
 def price_margins(
     axes, before, state, status, arrived, parked, clock, swept, stay, obstacle_times, lam, cap,
-    pair, normals, offsets, first_face, units, safety_cost,
+    pair, normals, offsets, units, safety_cost,
 ):  # fmt: skip
     """Charge the agents of encounters in traffic for margins below the cap.
 
@@ -63,7 +63,7 @@ def price_margins(
             i, j = pair[e, 0], pair[e, 1]
             if presence[i] + presence[j] <= MOVING:
                 continue
-            first, end = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
+            first, end = pair[e, 2], pair[e, 3]
             table, row, following = units[0], min(time, last), min(time + 1, last)
             if stay:
                 for k in range(1 + swept):
@@ -87,7 +87,7 @@ def price_margins(
 @njit(cache=True)
 def collide(
     axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, normals,
-    depths, first_face, crashed, overlap,
+    depths, crashed, overlap,
 ):  # fmt: skip
     """Flag encounters in traffic that overlap, at the end of the step or during it."""
     C, N = status.shape
@@ -107,7 +107,7 @@ def collide(
                     continue
             elif presence[i] + presence[j] <= MOVING:
                 continue
-            first, last = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
+            first, last = pair[e, 2], pair[e, 3]
             if swept:
                 met = crossing(axes, before, state, c, i, j, normals, depths, first, last)
             else:

@@ -164,7 +164,7 @@ def densities(errors, parties, times, normals, offsets, rates, out):
 
 
 @njit(cache=True, nogil=True)
-def approach(axes, state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
+def approach(axes, state, status, clock, stay, pair, normals, offsets, units, closest):
     """Lower ``closest`` (C,) to the smallest margin of the bodies that can collide now.
 
     These are, as in :mod:`ppg_env.env.kernel`, pairs of one agent in traffic and another in traffic
@@ -179,6 +179,6 @@ def approach(axes, state, status, clock, stay, pair, normals, offsets, first_fac
             parked = stay and agent and first + second == ARRIVED  # one parked, one in traffic
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
-            start, end = first_face[pair[e, 2]], first_face[pair[e, 2] + 1]
-            best = best_face(axes, state, c, i, j, normals, offsets, start, end, units, row)
+            best = best_face(axes, state, c, i, j, normals, offsets, pair[e, 2], pair[e, 3], units,
+                             row)  # fmt: skip
             closest[c] = min(closest[c], best)

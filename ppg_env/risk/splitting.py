@@ -144,7 +144,7 @@ class Swarm:
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
                 tables.axes, simulator.bodies, simulator.status, simulator.clock, tables.stay,
-                tables.pair, tables.normals, tables.offsets, tables.first_face, self._units,
+                tables.pair, tables.normals, tables.offsets, self._units,
                 closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)

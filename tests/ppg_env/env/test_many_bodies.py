@@ -10,7 +10,7 @@ import pytest
 
 from ppg_env import Game, Polytope, make_game
 from ppg_env.env.arrays import Tables
-from ppg_env.env.encounter_tables import encounter_kinds, margin_units
+from ppg_env.env.encounter_tables import encounter_kinds, extents, margin_units
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.game.margins import encounter_units
@@ -39,8 +39,8 @@ def test_sorting_finds_the_collisions_of_all_pairs(
 ) -> None:
     game = crowd(collisions=collisions, on_goal=on_goal)
     simulators = [Simulator(game, Rules(on_crash=on_crash), copies=40, seed=3) for _ in range(2)]
-    for simulator, many in zip(simulators, (True, False), strict=True):
-        simulator.tables = simulator.tables._replace(many=many)
+    simulators[0].tables = simulators[0].tables._replace(extents=extents(game))
+    for simulator in simulators:
         simulator.reset()
     random, met = np.random.default_rng(1), 0
     for _ in range(40):
@@ -60,7 +60,8 @@ def test_a_position_that_overflowed_meets_every_body_either_way() -> None:
     game, overlaps = make_game("circle(5)"), []
     for many in (True, False):
         simulator = Simulator(game, seed=0)
-        simulator.tables = simulator.tables._replace(many=many)
+        if many:
+            simulator.tables = simulator.tables._replace(extents=extents(game))
         simulator.reset()
         simulator.bodies[0, 2] = np.nan
         overlaps.append(simulator.step(np.zeros((1, 5, 2)), restart=False).overlap.copy())
@@ -72,7 +73,7 @@ def test_equal_bodies_share_their_collision_set_and_tables() -> None:
     game = make_game("circle(40)")
     assert len({id(encounter.collision) for encounter in game.encounters}) == 1
     tables = Simulator(game, Rules(reward="margin")).tables
-    assert tables.many
+    assert tables.extents.shape == (2, 40, 2)
     assert tables.normals.shape == (4, 2)
     assert tables.units.shape == (3, game.horizon + 1, 4)
     assert Simulator(game).tables.units.size == 0, "no unit is needed for this reward"
@@ -83,10 +84,10 @@ def test_kinds_have_the_faces_and_units_of_their_encounters() -> None:
     tables: Tables = Simulator(game, Rules(reward="margin")).tables
     kinds, samples = encounter_kinds(game)
     assert len(samples) < len(game.encounters)
-    assert np.array_equal(tables.pair[:, 2], kinds)
     units = margin_units(game)
-    for kind, encounter in zip(kinds, game.encounters, strict=True):
-        rows = slice(tables.first_face[kind], tables.first_face[kind + 1])
+    for row, kind, encounter in zip(tables.pair, kinds, game.encounters, strict=True):
+        rows = slice(*row[2:])
+        assert encounter.collision == samples[kind].collision
         assert np.array_equal(tables.normals[rows], encounter.collision.normals)
         assert np.array_equal(tables.offsets[rows], encounter.collision.offsets)
         assert np.array_equal(units[0, :, rows], encounter_units(game, encounter))

@@ -181,7 +181,7 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
         simulator.step(random.uniform(-16, 16, (8, len(game.agents), 2)), restart=False)
         kernel.approach(
             tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
-            tables.pair, tables.normals, tables.offsets, tables.first_face, table, closest,
+            tables.pair, tables.normals, tables.offsets, table, closest,
         )  # fmt: skip
         for c in range(8):
             row = min(simulator.clock[c], game.horizon)
@@ -190,8 +190,7 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
                 stands = sorted(int(simulator.status[c, i]) for i in encounter.agents)
                 meet = stands in ([0], [0, 0]) or (stay and stands == [0, 1])
                 if meet:
-                    kind = tables.pair[e, 2]
-                    units = table[row, tables.first_face[kind] : tables.first_face[kind + 1]]
+                    units = table[row, slice(*tables.pair[e, 2:])]
                     faces = encounter.collision
                     gaps = faces.normals @ encounter.displacement(*where) - faces.offsets
                     expected[c] = min(expected[c], (gaps / units).max())
