@@ -8,10 +8,10 @@ is that of :func:`ppg_env.env.encounters.collide`, which looks at every pair.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.encounters import ABSENT, MOVING, mark_presence
 from ppg_env.game.compiled_margins import crossing, inside
+from ppg_env.support.compilation import njit
 
 
 @njit(cache=True)

@@ -11,10 +11,10 @@ arrive take part.  Arguments are as in :mod:`ppg_env.env.kernel`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.compiled_margins import best_face, best_step_face, crossing, inside
+from ppg_env.support.compilation import njit
 
 ABSENT, RESTING, MOVING = range(3)
 """Presence of a body: two bodies are in traffic if their sum exceeds ``MOVING``."""

@@ -18,7 +18,6 @@ likewise, before the move (with swept collisions); ``status`` (C, N) with the co
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, NEVER, POLYGON, Tables
 from ppg_env.env.broad_phase import sweep
@@ -26,6 +25,7 @@ from ppg_env.env.encounters import collide, price_margins
 from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.support.compilation import njit
 
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)

@@ -8,10 +8,10 @@ release the interpreter lock, so that blocks run in parallel threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.compiled_margins import best_face, clip, within
+from ppg_env.support.compilation import njit
 
 
 @njit(cache=True, nogil=True)

@@ -1,4 +1,4 @@
-"""Many bodies: shared tables, and the sorted search for collisions against the search of all pairs."""
+"""Many bodies: shared tables, and collisions found by sorting or among all pairs alike."""
 
 from __future__ import annotations
 
