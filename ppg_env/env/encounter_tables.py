@@ -16,6 +16,7 @@ from ppg_env.game.dynamics import covariances
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
 from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
+from ppg_env.game.polytope import Polytope
 
 MANY_BODIES = 24
 """Bodies from which sorting finds the pairs that can meet faster than a loop over all pairs."""
@@ -49,12 +50,12 @@ def encounter_kinds(game: Game) -> tuple[np.ndarray, list[Encounter]]:
     """Return (E,) the kind of each encounter, and the first encounter of each kind."""
     spread = [covariances(agent, game.horizon) for agent in game.agents]
     spread += [obstacle.covariances(game.horizon) for obstacle in game.obstacles]
-    first_body: dict[tuple[Any, bytes], int] = {}
+    first_body: dict[tuple[Polytope, bytes], int] = {}
     bodies = [
-        first_body.setdefault((body.shape, spread[b].tobytes()), b)
-        for b, body in enumerate((*game.agents, *game.obstacles))
+        first_body.setdefault((shape, spread[b].tobytes()), b)
+        for b, shape in enumerate(_shapes(game))
     ]
-    N, samples = len(game.agents), []
+    N, samples = len(game.agents), list[Encounter]()
     numbers: dict[tuple[int, int], int] = {}
     kinds = np.empty(len(game.encounters), dtype=np.int64)
     for e, encounter in enumerate(game.encounters):
@@ -95,12 +96,16 @@ def _units(game: Game, encounter: Encounter) -> np.ndarray:
     return result
 
 
+def _shapes(game: Game) -> list[Polytope]:
+    return [*(a.shape for a in game.agents), *(o.shape for o in game.obstacles)]
+
+
 def extents(game: Game) -> np.ndarray:
     """Return (2, N + O, d) lowest and highest points of all bodies, about their reference points.
 
     Obstacles follow in the order of the game.  Two bodies overlap only if the boxes do: these are
     wider than the bodies by the tolerance of touching, for rounding.
     """
-    bounds = [body.shape.bounds for body in (*game.agents, *game.obstacles)]
+    bounds = [shape.bounds for shape in _shapes(game)]
     wider = tol.LENGTH * game.unit
     return np.array([[low - wider, high + wider] for low, high in bounds]).swapaxes(0, 1).copy()

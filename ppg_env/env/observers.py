@@ -25,7 +25,8 @@ Actions of agents are never masked: every action in the action space is valid at
 from __future__ import annotations
 
 import re
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -66,8 +67,15 @@ def make_observer(simulator: Simulator, option: str) -> Observer:
     """
     match = re.fullmatch(r"(\w+)(\((?:(\w+) *= *)?(\d{1,9})\))?", str(option).strip())
     name, call, key, number = match.groups() if match else ("", None, None, None)
-    kinds = {"neighbours": ("k", 4, Neighbours), "lidar": ("rays", 16, Lidar)}
-    plain = {"relative": Relative, "box": Limited, "state": FullState}
+    kinds: dict[str, tuple[str, int, Callable[[Simulator, int], Observer]]] = {
+        "neighbours": ("k", 4, Neighbours),
+        "lidar": ("rays", 16, Lidar),
+    }
+    plain: dict[str, Callable[[Simulator], Observer]] = {
+        "relative": Relative,
+        "box": Limited,
+        "state": FullState,
+    }
     fits = name in kinds and key in (None, kinds[name][0])
     require(
         fits or (name in plain and not call),
@@ -172,7 +180,8 @@ class Lidar:
                     agents, met, room = agents[movers], met[:, movers], room[:, movers]
                 for r, slopes in enumerate(sign * self.directions @ normals.T):
                     lengths = np.where(met, contact(room, slopes), np.inf)
-                    np.minimum.at(result[..., r], (slice(None), agents), lengths)
+                    at: Any = (slice(None), agents)  # the stub expects one array
+                    np.minimum.at(result[..., r], at, lengths)
         return result
 
 

@@ -73,7 +73,7 @@ def _near(agents: Sequence[Agent], pairs: Sequence[Encounter]) -> Iterator[Encou
         places = np.array([getattr(agent, point)[: agent.dim] for agent in agents])
         near |= (np.abs(places[index[:, 0]] - places[index[:, 1]]).max(axis=1)) <= reach
     for e in np.flatnonzero(near):
-        yield pairs[e]
+        yield pairs[int(e)]
 
 
 def _check_scales(agent: Agent) -> None:

@@ -51,7 +51,7 @@ def all_encounters(agents: Sequence[Agent], obstacles: Sequence[Obstacle]) -> It
     InputError
         If two bodies have no volume together.
     """
-    bodies = [body.shape for body in (*agents, *obstacles)]
+    bodies = [*(agent.shape for agent in agents), *(obstacle.shape for obstacle in obstacles)]
     first: dict[Polytope, int] = {}
     kinds = [first.setdefault(shape, b) for b, shape in enumerate(bodies)]
     sets: dict[tuple[int, int], Polytope] = {}

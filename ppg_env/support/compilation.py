@@ -21,7 +21,6 @@ from functools import lru_cache
 from typing import Any
 
 import numba
-from numba.core import config
 
 PATIENCE = 300.0
 """Longest wait in seconds for another process that compiles; then this one compiles as well."""
@@ -31,6 +30,8 @@ SILENCE = 1.0
 
 COMPILING = "compiling the simulator, once per installation, about a minute"
 WAITING = "waiting for another process that compiles the simulator, about a minute"
+
+config: Any = numba.config  # its settings are made from the environment
 
 _active = threading.local()
 _announced = threading.Event()
