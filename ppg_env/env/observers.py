@@ -93,7 +93,7 @@ class Relative:
     """The usual observations, without limits."""
 
     def __init__(self, simulator: Simulator) -> None:
-        self.space = Box(-np.inf, np.inf, (simulator.observation_size,), np.float32)
+        self.space: Box = Box(-np.inf, np.inf, (simulator.observation_size,), np.float32)
 
     def read(self, observation: np.ndarray) -> np.ndarray:
         """Return the usual observations themselves."""

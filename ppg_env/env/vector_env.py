@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import gymnasium.vector
 import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv
@@ -34,10 +35,8 @@ from ppg_env.env.single_agent_env import SingleAgentEnv
 from ppg_env.env.status import TRAFFIC
 from ppg_env.errors import require
 
-try:
-    from gymnasium.vector import AutoresetMode
-except ImportError:  # before 1.1: the modes are there, but are not declared
-    AutoresetMode = None
+AutoresetMode: Any = getattr(gymnasium.vector, "AutoresetMode", str)
+"""Gymnasium's names of the modes; releases before 1.1 have none, and do not ask."""
 
 MODES = ("SameStep", "NextStep", "Disabled")
 
@@ -84,8 +83,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "write " + " or ".join(MODES),
         )
         require(render_mode is None, "render_mode", f"is {render_mode!r}", "render a single copy")
-        declared = self._mode if AutoresetMode is None else AutoresetMode(self._mode)
-        self.metadata = {**self.metadata, "autoreset_mode": declared}
+        self.metadata = {**self.metadata, "autoreset_mode": AutoresetMode(self._mode)}
         single = SingleAgentEnv(game, learner, players, **options)
         self.game, self.learner, self.num_envs = single.game, learner, num_envs
         self._players = single.players
@@ -96,6 +94,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._actions = np.zeros((num_envs, *self.simulator.low.shape))
+        self._inputs = single.game.agents[learner].control_dim
         self._waiting = np.ones(num_envs, dtype=np.bool_)
         self._started = False
 
@@ -153,7 +152,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _act(self, actions: np.ndarray) -> None:
         """Write what all agents play; actions of copies that wait for a reset are not read."""
-        size = self.single_action_space.shape[0]
+        size = self._inputs
         values = np.array(actions, dtype=np.float64)
         require(
             values.shape == (self.num_envs, size),
