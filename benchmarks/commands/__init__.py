@@ -24,6 +24,7 @@ from benchmarks.commands.solve import solve
 from benchmarks.commands.study import study
 from benchmarks.commands.sweep import sweep
 from benchmarks.commands.train import train
+from benchmarks.commands.warm import warm
 
 VERBS: dict[str, Callable[..., None]] = {
     "scenarios": scenarios,
@@ -41,4 +42,5 @@ VERBS: dict[str, Callable[..., None]] = {
     "render": render,
     "bench": bench,
     "explain": explain,
+    "warm": warm,
 }

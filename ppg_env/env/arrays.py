@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ppg_env.env.encounter_tables import encounter_tables
 from ppg_env.env.observation import moving_obstacles, observation_frame
 from ppg_env.env.rules import Rules
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import covariances, square_root
-from ppg_env.game.encounter import Encounter
+from ppg_env.game.dynamics import square_root
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
-from ppg_env.game.margins import collision_faces, encounter_pairs, encounter_units
 from ppg_env.game.polytope import Polytope
 
 FREE, BOX, POLYGON, FACES = range(4)
@@ -44,11 +43,13 @@ class Tables(NamedTuple):
     path (K, L, n), the positions of moving obstacles, padded with their last; obstacle_times
     (K, 2), the times of rest and removal; whether any is ``drifting``; last_motion, the time from
     which none of them moves;
-    pair (E, 2), -1 for an obstacle at rest, N + k for the moving obstacle k; normals, offsets,
-    depths of the collision sets, those of encounter e from ``first_face[e]`` on
-    (:class:`ppg_env.game.margins.CollisionFaces`);
+    pair (E, 4) bodies i and j, j = -1 for an obstacle at rest, N + k for the moving obstacle k;
+    then the first face of the encounter and the one after its last, among the normals, offsets and
+    depths of the collision sets (:class:`ppg_env.game.margins.CollisionFaces`);
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
-    body alone, the last row for all later times;
+    body alone, the last row for all later times; no faces unless ``margin_reward``;
+    extents (2, N + O, d) of all bodies; empty if there are too few to find pairs by sorting
+    (:mod:`ppg_env.env.encounter_tables`);
     crash_cost kappa;
     centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
@@ -81,8 +82,8 @@ class Tables(NamedTuple):
     normals: np.ndarray
     offsets: np.ndarray
     depths: np.ndarray
-    first_face: np.ndarray
     units: np.ndarray
+    extents: np.ndarray
     margin_cap: float
     crash_cost: float
     scheduled: bool
@@ -116,7 +117,7 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         ),
         **_control_sets(game, rules, m),
         **_obstacles(game, n),
-        **_encounters(game),
+        **encounter_tables(game, rules.reward == "margin"),
         **_rules(game, rules),
         centre=centre,
         scale=scale,
@@ -181,44 +182,6 @@ def _obstacles(game: Game, n: int) -> dict[str, Any]:
         "obstacle_times": times,
         "drifting": any(obstacle.noise.any() for obstacle in obstacles),
         "last_motion": int(times.min(axis=1).max(initial=0)),
-    }
-
-
-def _units(game: Game, encounter: Encounter) -> np.ndarray:
-    """Return (3, H+1, F) units of margin, and the squares of those due to either body alone."""
-    spread = [
-        covariances(game.agents[i], game.horizon)[:, : game.dim, : game.dim]
-        for i in encounter.agents
-    ]
-    if encounter.obstacle is not None:
-        spread.append(game.obstacles[encounter.obstacle].covariances(game.horizon))
-    normals, scale = encounter.collision.normals, 2.0 if game.scale == "exact" else 1.0
-    result = np.zeros((3, game.horizon + 1, len(normals)))
-    result[0] = encounter_units(game, encounter)
-    for k, covariance in enumerate(spread):
-        along = np.einsum("fi,tij,fj->tf", normals, covariance, normals)
-        result[1 + k] = scale * np.maximum(along, 0.0)
-    return result
-
-
-def _encounters(game: Game) -> dict[str, Any]:
-    """Return the fields about collisions and margins."""
-    faces, encounters = collision_faces(game), game.encounters
-    units = [np.zeros((3, game.horizon + 1, 0)), *(_units(game, e) for e in encounters)]
-    bodies = {k: len(game.agents) + b for b, k in enumerate(moving_obstacles(game))}
-    pair = encounter_pairs(game)
-    for e, encounter in enumerate(encounters):
-        if encounter.obstacle is not None:
-            pair[e, 1] = bodies.get(encounter.obstacle, -1)
-    return {
-        "pair": pair,
-        "normals": faces.normals,
-        "offsets": faces.offsets,
-        "depths": faces.depths,
-        "first_face": faces.first,
-        "units": np.concatenate(units, axis=2),
-        "margin_cap": game.margin_cap,
-        "crash_cost": game.crash_cost,
     }
 
 

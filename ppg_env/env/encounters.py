@@ -11,10 +11,10 @@ arrive take part.  Arguments are as in :mod:`ppg_env.env.kernel`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.compiled_margins import best_face, best_step_face, crossing, inside
+from ppg_env.support.compilation import njit
 
 ABSENT, RESTING, MOVING = range(3)
 """Presence of a body: two bodies are in traffic if their sum exceeds ``MOVING``."""
@@ -44,7 +44,7 @@ def mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presenc
 @njit(cache=True)
 def price_margins(
     axes, before, state, status, arrived, parked, clock, swept, stay, obstacle_times, lam, cap,
-    pair, normals, offsets, first_face, units, safety_cost,
+    pair, normals, offsets, units, safety_cost,
 ):  # fmt: skip
     """Charge the agents of encounters in traffic for margins below the cap.
 
@@ -63,7 +63,7 @@ def price_margins(
             i, j = pair[e, 0], pair[e, 1]
             if presence[i] + presence[j] <= MOVING:
                 continue
-            first, end = first_face[e], first_face[e + 1]
+            first, end = pair[e, 2], pair[e, 3]
             table, row, following = units[0], min(time, last), min(time + 1, last)
             if stay:
                 for k in range(1 + swept):
@@ -87,7 +87,7 @@ def price_margins(
 @njit(cache=True)
 def collide(
     axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, normals,
-    depths, first_face, crashed, overlap,
+    depths, crashed, overlap,
 ):  # fmt: skip
     """Flag encounters in traffic that overlap, at the end of the step or during it."""
     C, N = status.shape
@@ -107,7 +107,7 @@ def collide(
                     continue
             elif presence[i] + presence[j] <= MOVING:
                 continue
-            first, last = first_face[e], first_face[e + 1]
+            first, last = pair[e, 2], pair[e, 3]
             if swept:
                 met = crossing(axes, before, state, c, i, j, normals, depths, first, last)
             else:

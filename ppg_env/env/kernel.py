@@ -18,13 +18,14 @@ likewise, before the move (with swept collisions); ``status`` (C, N) with the co
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.arrays import BOX, FACES, NEVER, POLYGON, Tables
+from ppg_env.env.broad_phase import sweep
 from ppg_env.env.encounters import collide, price_margins
 from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.support.compilation import njit
 
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
@@ -57,7 +58,7 @@ def step(
     if g.margin_reward and not g.swept:
         price_margins(g.axes, state, state, status, arrived, parked, clock, False, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
-                      g.first_face, g.units, safety_cost)  # fmt: skip
+                      g.units, safety_cost)  # fmt: skip
     _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
           g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
           g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
@@ -68,9 +69,13 @@ def step(
     if g.margin_reward and g.swept:
         price_margins(g.axes, before, state, status, arrived, parked, clock, True, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
-                      g.first_face, g.units, safety_cost)  # fmt: skip
-    collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
-            g.pair, g.normals, g.depths, g.first_face, crashed, overlap)  # fmt: skip
+                      g.units, safety_cost)  # fmt: skip
+    if g.extents.size:
+        sweep(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
+              g.pair, g.normals, g.depths, g.extents, crashed, overlap)  # fmt: skip
+    else:
+        collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
+                g.pair, g.normals, g.depths, crashed, overlap)  # fmt: skip
     _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
             g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
             safety_cost, reward, terminated, truncated, over)  # fmt: skip

@@ -149,15 +149,16 @@ def write_obstacles(
 
 
 def global_state(
-    bodies: np.ndarray, status: np.ndarray, share: float, centre: np.ndarray, scale: float
+    bodies: np.ndarray, status: np.ndarray, share: np.ndarray, centre: np.ndarray, scale: float
 ) -> np.ndarray:
-    """Return the global state of one copy.
+    """Return the global state (...,) of copies.
 
-    ``bodies`` (N + K, n) are the states of agents and moving obstacles, ``status`` (N,) those of
-    agents, ``share`` is the elapsed share of time.
+    ``bodies`` (..., N + K, n) are the states of agents and moving obstacles, ``status`` (..., N)
+    those of agents, ``share`` (..., 1) is the elapsed share of time.
     """
-    relative, N, d = bodies.copy(), status.size, centre.size
-    relative[:, :d] -= centre
-    parts = [relative[:N].ravel() / scale, status == TRAFFIC, [share]]
-    parts.append(relative[N:, :d].ravel() / scale)
-    return np.concatenate(parts).astype(np.float32)
+    relative, copies, N, d = bodies.copy(), status.shape[:-1], status.shape[-1], centre.size
+    relative[..., :d] -= centre
+    states = relative[..., :N, :].reshape(*copies, -1) / scale
+    obstacles = relative[..., N:, :d].reshape(*copies, -1) / scale
+    parts = [states, status == TRAFFIC, share, obstacles]
+    return np.concatenate(parts, axis=-1).astype(np.float32)

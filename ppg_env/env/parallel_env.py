@@ -13,6 +13,7 @@ from pettingzoo import ParallelEnv
 from ppg_env.env.actions import ActionReader
 from ppg_env.env.infos import InfoReader
 from ppg_env.env.observation import global_state
+from ppg_env.env.observers import make_observer
 from ppg_env.env.rules import CHOICES, Rules, make_rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import require
@@ -31,7 +32,8 @@ class PathPlanningEnv(ParallelEnv):
     once: x' = A x + B u + w, where u is the action projected on the control set and
     w ~ N(0, noise).  Control sets may change over time; the last one stays in force.
 
-    **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game.
+    **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game; an agent that the
+    game file names has that name.
 
     **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set (around
     all of them, if it changes over time), in lengths per step for the paper's dynamics.
@@ -39,7 +41,8 @@ class PathPlanningEnv(ParallelEnv):
 
     **Observations**: ``Box`` of shape (n + d + 2 + (N - 1)(1 + n),), float32, unbounded, with
     n state and d position components; :mod:`ppg_env.env.observation` lists the entries, and those
-    that each moving obstacle adds.  ``state()`` is one vector of shape (N n + N + 1,), float32,
+    that each moving obstacle adds.  ``observation`` chooses others, with limits
+    (:mod:`ppg_env.env.observers`).  ``state()`` is one vector of shape (N n + N + 1,), float32,
     listed there too.
 
     **Collisions** are overlaps after a step, or in games with ``collisions="swept"`` at any time
@@ -75,6 +78,8 @@ class PathPlanningEnv(ParallelEnv):
         A :class:`~ppg_env.Game`, or what :func:`~ppg_env.make_game` takes.
     render_mode
         ``rgb_array``, ``human`` or None.
+    observation
+        ``relative``, ``box``, ``neighbours(k=4)``, ``lidar(rays=16)`` or ``state``.
     **options
         Rules of play (``arrival``, ``on_goal``, ``on_crash``, ``reward``, ``sharing``,
         ``saturation``, ``tolerance``, ``schedule``, ``max_cycles``; see :mod:`ppg_env.env.rules`)
@@ -99,6 +104,7 @@ class PathPlanningEnv(ParallelEnv):
         game: Game | str | Path = "opposing",
         *,
         render_mode: str | None = None,
+        observation: str = "relative",
         **options: Any,
     ) -> None:
         require(
@@ -114,16 +120,17 @@ class PathPlanningEnv(ParallelEnv):
         base = game if isinstance(game, Game) else make_game(game)
         self.game = override_game(base, **options) if options else base
         self.render_mode = render_mode
-        self.possible_agents = [f"agent_{i}" for i in range(len(self.game.agents))]
+        self.possible_agents = list(self.game.agent_names)
         self.agents: list[str] = []
         self._index = {name: i for i, name in enumerate(self.possible_agents)}
         self.simulator = Simulator(self.game, make_rules(self.game, **rules), seed=None)
         self._actions = ActionReader(self.simulator, self.possible_agents)
         self._infos = InfoReader(self.simulator, self.possible_agents)
         self.action_spaces = self._actions.spaces
-        size = self.simulator.observation_size
+        self._observer = make_observer(self.simulator, observation)
+        space = self._observer.space
         self.observation_spaces = {
-            name: Box(-np.inf, np.inf, (size,), np.float32) for name in self.possible_agents
+            name: Box(space.low, space.high, dtype=np.float32) for name in self.possible_agents
         }
         self.state_space = Box(-np.inf, np.inf, self.state().shape, np.float32)
         self._viewer: Any = None
@@ -133,6 +140,11 @@ class PathPlanningEnv(ParallelEnv):
     def rules(self) -> Rules:
         """The rules of play."""
         return self.simulator.rules
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The generator of all noise, which ``reset(seed)`` restarts."""
+        return self.simulator.random
 
     @property
     def max_cycles(self) -> int:
@@ -159,7 +171,7 @@ class PathPlanningEnv(ParallelEnv):
             whole = isinstance(seed, (int, np.integer)) and seed >= 0
             require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
             self.simulator.seed(int(seed))
-        observation = self.simulator.reset()[0]
+        observation = self._observer.read(self.simulator.reset())[0]
         self.agents, self._was_reset = self.possible_agents[:], True
         if self._viewer is not None:
             self._viewer.record(self.simulator)
@@ -187,7 +199,7 @@ class PathPlanningEnv(ParallelEnv):
             )
             return {}, {}, {}, {}, {}
         out = self.simulator.step(self._actions.read(actions, acting), restart=False)
-        observation = out.observation[0]
+        observation = self._observer.read(out.observation)[0]
         reward, over_time = out.reward[0].tolist(), out.truncated[0].tolist()
         ended = out.terminated[0].tolist()
         infos = self._infos.after_step(acting)
@@ -209,7 +221,7 @@ class PathPlanningEnv(ParallelEnv):
     def state(self) -> np.ndarray:
         """Return the global state, from which alone the game goes on, as a float32 vector."""
         simulator, tables = self.simulator, self.simulator.tables
-        share = simulator.clock[0] / simulator.max_cycles
+        share = simulator.clock[:1] / simulator.max_cycles
         return global_state(
             simulator.bodies[0], simulator.status[0], share, tables.centre, tables.scale
         )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ppg_env.support.compilation import njit
 
 SWEEPS = 200
 """Largest number of sweeps of Hildreth's method."""

@@ -31,7 +31,8 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     players
         Player of each other agent, by index; agents without an entry track their straight plans.
     **options
-        Rules and overrides, as in :class:`~ppg_env.env.parallel_env.PathPlanningEnv`.
+        Observation, rules and overrides, as in
+        :class:`~ppg_env.env.parallel_env.PathPlanningEnv`.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012 - as Gymnasium
@@ -52,7 +53,8 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         invalid = [i for i in players or {} if not 0 <= i < count or i == learner]
         require(not invalid, "players", f"names agent {invalid[:1]}", "name the other agents only")
         self.learner, self._name = learner, self._env.possible_agents[learner]
-        self._players = {
+        self.rules = self._env.rules
+        self.players = {
             i: player for i, player in enumerate(straight_players(self.game)) if i != learner
         } | dict(players or {})
         self.observation_space = self._env.observation_space(self._name)
@@ -72,7 +74,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             self._name in self._env.agents, "step", "comes after the episode's end", "call reset"
         )
         actions = {self._name: action}
-        for i, player in self._players.items():
+        for i, player in self.players.items():
             name = self._env.possible_agents[i]
             if name in self._env.agents:
                 actions[name] = player.act(self._env.simulator.view(i))[0]

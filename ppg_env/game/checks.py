@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -38,7 +38,7 @@ def check_agents(agents: Sequence[Agent], horizon: int) -> None:
 def check_encounters(
     agents: Sequence[Agent],
     obstacles: Sequence[Obstacle],
-    encounters: Iterable[Encounter],
+    encounters: Sequence[Encounter],
     on_goal: str,
 ) -> None:
     """Refuse bodies that overlap at time 0, goals inside obstacles, and parked bodies that overlap.
@@ -48,16 +48,32 @@ def check_encounters(
     InputError
         If there are any.
     """
-    for encounter in encounters:
-        if encounter.obstacle is None:
-            _check_start(agents, encounter, None)
-            if on_goal == "stay":
-                _check_parked(agents, encounter)
-        else:
-            obstacle = obstacles[encounter.obstacle]
-            _check_start(agents, encounter, obstacle)
-            if obstacle.until is None and (obstacle.path is None or on_goal == "stay"):
-                _check_goal(agents, encounter, obstacle)
+    pairs = [encounter for encounter in encounters if encounter.obstacle is None]
+    for encounter in _near(agents, pairs):
+        _check_start(agents, encounter, None)
+        if on_goal == "stay":
+            _check_parked(agents, encounter)
+    for encounter in encounters[len(pairs) :]:
+        obstacle = obstacles[encounter.obstacle or 0]
+        _check_start(agents, encounter, obstacle)
+        if obstacle.until is None and (obstacle.path is None or on_goal == "stay"):
+            _check_goal(agents, encounter, obstacle)
+
+
+def _near(agents: Sequence[Agent], pairs: Sequence[Encounter]) -> Iterator[Encounter]:
+    """Yield the pairs that may overlap at their starts or goals, by the size of their bodies."""
+    if not pairs:
+        return
+    index = np.array([pair.agents for pair in pairs])
+    sets = {id(pair.collision): pair.collision for pair in pairs}
+    sizes = {key: np.abs(collision.bounds).max() for key, collision in sets.items()}
+    reach = 2 * np.array([sizes[id(pair.collision)] for pair in pairs])
+    near = np.zeros(len(pairs), dtype=bool)
+    for point in ("start", "goal"):
+        places = np.array([getattr(agent, point)[: agent.dim] for agent in agents])
+        near |= (np.abs(places[index[:, 0]] - places[index[:, 1]]).max(axis=1)) <= reach
+    for e in np.flatnonzero(near):
+        yield pairs[int(e)]
 
 
 def _check_scales(agent: Agent) -> None:

@@ -16,8 +16,8 @@ During a step bodies move on straight lines, and so does their displacement: fro
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ppg_env.support.compilation import njit
 from ppg_env.tolerances import LENGTH
 
 

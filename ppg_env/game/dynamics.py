@@ -35,18 +35,26 @@ def covariances(agent: Agent, horizon: int) -> np.ndarray:
     InputError
         If a standard deviation exceeds ``tol.GROWTH`` within the horizon.
     """
-    loop = agent.closed_loop
-    result = np.empty((horizon + 1, agent.state_dim, agent.state_dim))
-    result[0] = agent.sigma0
-    with np.errstate(over="ignore", invalid="ignore"):
-        for t in range(horizon):
-            result[t + 1] = loop @ result[t] @ loop.T + agent.noise
+    matrices = agent.closed_loop, agent.sigma0, agent.noise
+    result = _covariances(agent.state_dim, horizon, *(matrix.tobytes() for matrix in matrices))
     require(
         bool((np.abs(result) <= tol.GROWTH**2).all()),
         "gain",
         f"lets position errors grow beyond {tol.GROWTH:g} within {horizon} steps",
         "choose one for which A - B gain shrinks errors, or a shorter horizon",
     )
+    return result
+
+
+@lru_cache(maxsize=256)
+def _covariances(n: int, horizon: int, *matrices: bytes) -> np.ndarray:
+    """Return the covariances for the bytes of A - B K, sigma0 and noise; equal agents share."""
+    loop, first, noise = (np.frombuffer(matrix).reshape(n, n) for matrix in matrices)
+    result = np.empty((horizon + 1, n, n))
+    result[0] = first
+    with np.errstate(over="ignore", invalid="ignore"):
+        for t in range(horizon):
+            result[t + 1] = loop @ result[t] @ loop.T + noise
     result.setflags(write=False)
     return result
 

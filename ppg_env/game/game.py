@@ -13,7 +13,7 @@ Planners, simulators and figures are built from a :class:`Game`; this module con
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.errors import InputError, placed, require
+from ppg_env.errors import InputError, require
 from ppg_env.game.agent import Agent
 from ppg_env.game.checks import check_agents, check_encounters
-from ppg_env.game.encounter import Encounter
+from ppg_env.game.encounter import Encounter, all_encounters
 from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.obstacle import Obstacle
-from ppg_env.game.polytope import Polytope, collision_set
+from ppg_env.game.polytope import Polytope
 from ppg_env.support.frozen import Record
 from ppg_env.support.validation import finite_number
 
@@ -128,7 +128,7 @@ class Game(Record):
             )
 
     def _check_names(self) -> None:
-        repeated = {name for name in self.agent_names if self.agent_names.count(name) > 1}
+        repeated = [name for name, count in Counter(self.agent_names).items() if count > 1]
         require(
             not repeated,
             "agent",
@@ -157,20 +157,7 @@ class Game(Record):
 
         Margins and losses are listed in this order.
         """
-        return tuple(self._encounters())
-
-    def _encounters(self) -> Iterator[Encounter]:
-        agents = self.agents
-        for i in range(len(agents)):
-            for j in range(i + 1, len(agents)):
-                with placed(f"agent[{j}].shape"):
-                    collision = collision_set(agents[i].shape, agents[j].shape)
-                yield Encounter((i, j), None, collision)
-        for i, agent in enumerate(agents):
-            for k, obstacle in enumerate(self.obstacles):
-                with placed(f"obstacle[{k}]"):
-                    collision = collision_set(agent.shape, obstacle.shape)
-                yield Encounter((i,), k, collision)
+        return tuple(all_encounters(self.agents, self.obstacles))
 
     def obstacle_positions(self, encounter: Encounter) -> np.ndarray:
         """Return (H+1, d) reference positions of an encounter's obstacle; zeros for agents."""

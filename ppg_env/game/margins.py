@@ -48,9 +48,9 @@ class CollisionFaces(NamedTuple):
     first: np.ndarray
 
 
-def collision_faces(game: Game) -> CollisionFaces:
-    """Return the faces of all collision sets in the order of ``game.encounters``."""
-    sets = [encounter.collision for encounter in game.encounters]
+def collision_faces(game: Game, encounters: Sequence[Encounter] | None = None) -> CollisionFaces:
+    """Return the faces of the collision sets of ``encounters``, by default all of the game."""
+    sets = [e.collision for e in (game.encounters if encounters is None else encounters)]
     offsets = np.concatenate([np.zeros(0), *(collision.offsets for collision in sets)])
     return CollisionFaces(
         normals=np.concatenate([np.zeros((0, game.dim)), *(c.normals for c in sets)]),

@@ -8,10 +8,10 @@ release the interpreter lock, so that blocks run in parallel threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.compiled_margins import best_face, clip, within
+from ppg_env.support.compilation import njit
 
 
 @njit(cache=True, nogil=True)
@@ -164,7 +164,7 @@ def densities(errors, parties, times, normals, offsets, rates, out):
 
 
 @njit(cache=True, nogil=True)
-def approach(axes, state, status, clock, stay, pair, normals, offsets, first_face, units, closest):
+def approach(axes, state, status, clock, stay, pair, normals, offsets, units, closest):
     """Lower ``closest`` (C,) to the smallest margin of the bodies that can collide now.
 
     These are, as in :mod:`ppg_env.env.kernel`, pairs of one agent in traffic and another in traffic
@@ -179,6 +179,6 @@ def approach(axes, state, status, clock, stay, pair, normals, offsets, first_fac
             parked = stay and agent and first + second == ARRIVED  # one parked, one in traffic
             if not parked and (first != TRAFFIC or second != TRAFFIC):
                 continue
-            best = best_face(axes, state, c, i, j, normals, offsets, first_face[e],
-                             first_face[e + 1], units, row)  # fmt: skip
+            best = best_face(axes, state, c, i, j, normals, offsets, pair[e, 2], pair[e, 3], units,
+                             row)  # fmt: skip
             closest[c] = min(closest[c], best)

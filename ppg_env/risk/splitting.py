@@ -29,6 +29,7 @@ from math import exp, sqrt
 
 import numpy as np
 
+from ppg_env.env.encounter_tables import margin_units
 from ppg_env.env.episodes import check_players, play
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
@@ -92,6 +93,7 @@ class Swarm:
         self.players, self.random, self.progress, self.episodes = players, random, progress, 0
         self._batch = (R, P // CHAIN)
         self.simulator = Simulator(game, rules, R * (P // CHAIN))
+        self._units = margin_units(game)[0]
         N = len(game.agents)
         self._steps = self.simulator.max_cycles
         self.noise = np.empty((R, P, self._steps + 1, *self.simulator.noise_shape[1:]))
@@ -142,7 +144,7 @@ class Swarm:
             events[:, N:-1] |= step.overlap & live
             kernel.approach(
                 tables.axes, simulator.bodies, simulator.status, simulator.clock, tables.stay,
-                tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units[0],
+                tables.pair, tables.normals, tables.offsets, self._units,
                 closest,
             )  # fmt: skip
         events[:, -1] = events[:, :N].any(axis=1)

@@ -95,6 +95,8 @@ def make_game(name_or_path: str | Path, **overrides: Any) -> Game:
 def override_game(game: Game, **overrides: Any) -> Game:
     """Return ``game`` with fields replaced, as in :func:`make_game`; None leaves a field as is."""
     changes = {key: value for key, value in overrides.items() if value is not None}
+    if not changes:
+        return game
     if "speed" in changes:
         require(
             "control" not in changes, "speed", "is given together with control", "give only one"

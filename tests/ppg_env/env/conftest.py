@@ -5,6 +5,10 @@ from __future__ import annotations
 from itertools import product
 from typing import Any
 
+import numpy as np
+import pettingzoo
+
+from ppg_env.env.registration import pettingzoo_id
 from ppg_env.env.rules import CHOICES
 
 LIFE_CYCLES: list[dict[str, Any]] = [
@@ -24,3 +28,20 @@ def with_schedule(options: dict[str, Any], agents: int, times: int = 6) -> dict[
 
 def name(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
+
+
+def record(name: str, steps: int = 4) -> dict[str, Any]:
+    """Play a few steps from a fixed seed: positions, rewards and what the first agent observes."""
+    env = pettingzoo.make("parallel", pettingzoo_id(name))
+    observations, _ = env.reset(seed=1)
+    record: dict[str, Any] = {"agents": env.agents, "positions": [], "rewards": []}
+    record["observed"] = observations["agent_0"].tolist()
+    for t in range(steps):
+        actions = {
+            agent: env.action_space(agent).high * np.cos(i + t).astype(np.float32)
+            for i, agent in enumerate(env.agents)
+        }
+        rewards = env.step(actions)[1]
+        record["positions"].append(env.simulator.state[0].round(9).tolist())
+        record["rewards"].append(sum(rewards.values()))
+    return record

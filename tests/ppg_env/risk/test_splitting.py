@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from ppg_env import Game, InputError, make_game
 from ppg_env.env import episodes as arena
+from ppg_env.env.encounter_tables import margin_units
 from ppg_env.env.players import GoToGoal, straight_players, track
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
@@ -174,13 +175,13 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
     simulator = Simulator(game, Rules(on_goal=on_goal), 8, seed)
     simulator.reset()
     tables, closest = simulator.tables, np.full(8, np.inf)
+    table = margin_units(game)[0]
     expected, random = np.full(8, np.inf), np.random.default_rng(seed)
     for _ in range(3):
         simulator.step(random.uniform(-16, 16, (8, len(game.agents), 2)), restart=False)
         kernel.approach(
             tables.axes, simulator.state, simulator.status, simulator.clock, tables.stay,
-            tables.pair, tables.normals, tables.offsets, tables.first_face, tables.units[0],
-            closest,
+            tables.pair, tables.normals, tables.offsets, table, closest,
         )  # fmt: skip
         for c in range(8):
             row = min(simulator.clock[c], game.horizon)
@@ -189,7 +190,7 @@ def test_the_score_is_the_smallest_margin_of_who_might_collide(
                 stands = sorted(int(simulator.status[c, i]) for i in encounter.agents)
                 meet = stands in ([0], [0, 0]) or (stay and stands == [0, 1])
                 if meet:
-                    units = tables.units[0, row, tables.first_face[e] : tables.first_face[e + 1]]
+                    units = table[row, slice(*tables.pair[e, 2:])]
                     faces = encounter.collision
                     gaps = faces.normals @ encounter.displacement(*where) - faces.offsets
                     expected[c] = min(expected[c], (gaps / units).max())

@@ -1,0 +1,144 @@
+"""Compilation by Numba at first use: where machine code is kept, who compiles it, what users see.
+
+Machine code is kept next to the source or, where that is not writable, in the user's cache folder,
+as Numba does it.  Where neither is writable (a container that runs as nobody), it is kept in a
+private temporary folder, which child processes share.  ``NUMBA_CACHE_DIR`` overrides all of them.
+
+Processes that start at the same time compile once: the first one holds a lock on the folder, the
+others wait and then load what it has compiled.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from typing import Any
+
+import numba
+
+PATIENCE = 300.0
+"""Longest wait in seconds for another process that compiles; then this one compiles as well."""
+
+SILENCE = 1.0
+"""Seconds of compilation after which a sentence on stderr says what is happening."""
+
+COMPILING = "compiling the simulator, once per installation, about a minute"
+WAITING = "waiting for another process that compiles the simulator, about a minute"
+
+config: Any = numba.config  # its settings are made from the environment
+
+_active = threading.local()
+_announced = threading.Event()
+
+
+def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """Compile ``function`` at its first call, as ``numba.njit(**options)``, with a shared cache."""
+    if function is None:
+        return lambda function: njit(function, **options)
+    try:
+        dispatcher = numba.njit(**options)(function)
+    except RuntimeError:  # no folder for the cache is writable
+        if not options.get("cache") or _temporary_folder() == config.CACHE_DIR:
+            raise
+        keep_code_in(_temporary_folder())
+        dispatcher = numba.njit(**options)(function)
+    if options.get("cache"):
+        dispatcher.compile = _once(dispatcher, dispatcher.compile)
+    return dispatcher
+
+
+def keep_code_in(folder: str) -> None:
+    """Keep machine code in ``folder``, in this process and in those that it starts."""
+    os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
+
+
+@lru_cache(maxsize=1)
+def _temporary_folder() -> str:
+    """Return a temporary folder that belongs to this user alone; a random one if need be."""
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    folder = os.path.join(tempfile.gettempdir(), f"ppg_env-{user}")
+    with suppress(FileExistsError):
+        os.mkdir(folder, 0o700)
+    status = os.lstat(folder)
+    private = not status.st_mode & 0o022 and (not hasattr(os, "getuid") or status.st_uid == user)
+    if os.path.islink(folder) or not private:  # code from others would be run
+        folder = tempfile.mkdtemp(prefix="ppg_env-")
+    return folder
+
+
+def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return ``compiling`` under the lock of its folder, except in calls from another one."""
+
+    def compile_or_load(signature: Any) -> Any:
+        if getattr(_active, "inside", False):
+            return compiling(signature)
+        _active.inside = True
+        watch = threading.Timer(SILENCE, _announce, (dispatcher,))
+        watch.daemon = True
+        try:
+            watch.start()
+            with locked(os.path.join(dispatcher.stats.cache_path, "ppg_env.lock")):
+                return compiling(signature)
+        finally:
+            watch.cancel()
+            _active.inside = False
+
+    return compile_or_load
+
+
+def _announce(dispatcher: Any) -> None:
+    """Say that ``dispatcher`` is being compiled, unless its machine code is only loaded."""
+    if dispatcher.stats.cache_misses:
+        _say(COMPILING)
+
+
+def _say(sentence: str) -> None:
+    """Write a sentence on stderr, the first one of this process only."""
+    if _announced.is_set():
+        return
+    _announced.set()
+    with suppress(AttributeError, OSError, ValueError):  # stderr may be closed, or missing
+        sys.stderr.write(f"ppg_env: {sentence}; 'ppg warm' does it ahead.\n")
+        sys.stderr.flush()
+
+
+@contextmanager
+def locked(path: str, patience: float = PATIENCE) -> Iterator[bool]:
+    """Hold the lock file ``path``; yield False where there are no locks, or after ``patience``.
+
+    The system releases the lock of a process that dies.
+    """
+    try:
+        import fcntl
+
+        file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    except (ImportError, OSError):
+        yield False
+        return
+    try:
+        yield _acquire(lambda: fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB), patience)
+    finally:
+        os.close(file)
+
+
+def _acquire(attempt: Callable[[], None], patience: float) -> bool:
+    start = time.monotonic()
+    while True:
+        try:
+            attempt()
+            return True
+        except BlockingIOError:
+            waited = time.monotonic() - start
+            if waited >= patience:
+                return False
+            if waited >= SILENCE:
+                _say(WAITING)
+            time.sleep(0.05)
+        except OSError:  # a file system without locks
+            return False

@@ -1,0 +1,95 @@
+"""Where machine code is kept, and that processes that start together compile once."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from numba.core import caching, config
+
+from ppg_env.support import compilation
+
+SCRIPT = """
+from ppg_env.support.compilation import njit
+
+@njit(cache=True)
+def total(n):
+    s = 0.0
+    for k in range(n):
+        s += k ** 0.5
+    return s
+
+assert total(4) > 4.1
+print(sum(total.stats.cache_misses.values()))
+"""
+
+
+def test_the_lock_is_exclusive_and_waits_no_longer_than_asked(tmp_path: Path) -> None:
+    path = str(tmp_path / "lock")
+    with compilation.locked(path) as first, compilation.locked(path, patience=0.0) as second:
+        assert (first, second) == (True, False)
+    with compilation.locked(path, patience=0.0) as third:
+        assert third
+
+
+def test_a_folder_without_locks_is_no_obstacle(tmp_path: Path) -> None:
+    with compilation.locked(str(tmp_path / "missing" / "lock")) as locked:
+        assert not locked
+
+
+def test_users_are_told_once(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compilation._announced.clear()
+    compilation._say(compilation.COMPILING)
+    compilation._say(compilation.WAITING)
+    assert capsys.readouterr().err.count("about a minute") == 1
+    compilation._announced.clear()
+    monkeypatch.setattr(sys, "stderr", None)
+    compilation._say(compilation.COMPILING)
+
+
+@pytest.fixture
+def unwritable(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Neither the source's folder nor the user's is writable."""
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.setattr(compilation.tempfile, "gettempdir", lambda: str(tmp_path))
+    compilation._temporary_folder.cache_clear()
+    for locator in (caching.InTreeCacheLocator, caching.UserWideCacheLocator):
+        monkeypatch.setattr(locator, "from_function", classmethod(lambda *_: None))
+    yield tmp_path
+    compilation._temporary_folder.cache_clear()
+
+
+def test_code_is_kept_in_a_private_folder_where_no_other_is_writable(unwritable: Path) -> None:
+    dispatcher = compilation.njit(cache=True)(_twice)
+    (folder,) = unwritable.iterdir()
+    assert folder.stat().st_mode & 0o077 == 0
+    assert str(folder) in dispatcher.stats.cache_path
+    assert str(folder) == config.CACHE_DIR
+
+
+def test_the_folder_of_somebody_else_is_not_used(unwritable: Path, monkeypatch: Any) -> None:
+    user = compilation.os.getuid()
+    (unwritable / f"ppg_env-{user}").mkdir(mode=0o777)
+    (unwritable / f"ppg_env-{user}").chmod(0o777)
+    monkeypatch.setattr(compilation.tempfile, "tempdir", str(unwritable))
+    dispatcher = compilation.njit(cache=True)(_twice)
+    assert f"ppg_env-{user}/" not in dispatcher.stats.cache_path
+
+
+def _twice(x: float) -> float:
+    return 2 * x
+
+
+@pytest.mark.slow
+def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT)
+    run = [sys.executable, str(tmp_path / "script.py")]
+    processes = [subprocess.Popen(run, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    outputs = [process.communicate()[0] for process in processes]
+    assert sorted(map(int, outputs)) == [0, 0, 1]
