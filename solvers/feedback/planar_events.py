@@ -49,7 +49,9 @@ def interval(low: float, high: float) -> float:
 
 
 @njit(cache=True)
-def box_probability(low, high, mean, deviation, out):
+def box_probability(
+    low: np.ndarray, high: np.ndarray, mean: np.ndarray, deviation: np.ndarray, out: np.ndarray
+) -> None:
     """Write Pr(low < mean + deviation z < high) for ``mean`` (B, d); axes are independent.
 
     Where ``deviation`` (d,) is zero, the component is certain.
@@ -68,7 +70,7 @@ def box_probability(low, high, mean, deviation, out):
 
 
 @njit(cache=True)
-def polygon_probability(corners, mean, out):
+def polygon_probability(corners: np.ndarray, mean: np.ndarray, out: np.ndarray) -> None:
     """Write Pr(mean + z in polygon) for ``mean`` (B, 2); ``corners`` (V, 2) counter-clockwise."""
     count = corners.shape[0]
     edges, lines = np.empty((count, 4)), np.empty((count, 3))
@@ -82,7 +84,9 @@ def polygon_probability(corners, mean, out):
 
 
 @njit(cache=True)
-def shadow_probability(corners, before, mean, out):
+def shadow_probability(
+    corners: np.ndarray, before: np.ndarray, mean: np.ndarray, out: np.ndarray
+) -> None:
     """Write Pr(the segment from ``before`` to mean + z meets the polygon); arrays (B, 2)."""
     edges, lines = np.empty((corners.shape[0] + 2, 4)), np.empty((corners.shape[0] + 2, 3))
     for k in range(mean.shape[0]):
@@ -100,7 +104,14 @@ def shadow_probability(corners, before, mean, out):
 
 
 @njit(cache=True)
-def chord_probability(corners, swept, before, mean, root, out):
+def chord_probability(
+    corners: np.ndarray,
+    swept: bool,
+    before: np.ndarray,
+    mean: np.ndarray,
+    root: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Write the probabilities for end points mean + ``root`` z, z one standard normal.
 
     ``root`` (2,) may be zero.  With ``swept`` it is that of :func:`shadow_probability`, else that
@@ -119,7 +130,7 @@ def chord_probability(corners, swept, before, mean, root, out):
 
 
 @njit(cache=True)
-def _sides(corners, edges):
+def _sides(corners: np.ndarray, edges: np.ndarray) -> None:
     """Write the corner and the direction of every side of a polygon."""
     V = corners.shape[0]
     for v in range(V):
@@ -129,7 +140,7 @@ def _sides(corners, edges):
 
 
 @njit(cache=True)
-def _seen_from(edges, count, x, y, lines):
+def _seen_from(edges: np.ndarray, count: int, x: float, y: float, lines: np.ndarray) -> bool:
     """Write the distance of each edge's line and its positions on it, as seen from (x, y).
 
     Return False as soon as all of the set is out of reach.
@@ -145,7 +156,7 @@ def _seen_from(edges, count, x, y, lines):
 
 
 @njit(cache=True)
-def _chord(edges, count, x, y, rx, ry):
+def _chord(edges: np.ndarray, count: int, x: float, y: float, rx: float, ry: float) -> float:
     """Return Pr((x, y) + r z left of all edges)."""
     low, high, size = -inf, inf, hypot(rx, ry)
     for e in range(count):
@@ -163,7 +174,7 @@ def _chord(edges, count, x, y, rx, ry):
 
 
 @njit(cache=True)
-def _shadow(corners, x, y, edges):
+def _shadow(corners: np.ndarray, x: float, y: float, edges: np.ndarray) -> int:
     """Write the boundary of what a convex set hides from (x, y); return the number of its edges.
 
     Rows of ``edges`` are a corner and the direction in which the boundary runs.  The first edge is
@@ -197,7 +208,7 @@ def _shadow(corners, x, y, edges):
 
 
 @njit(cache=True)
-def _faces(corners, v, x, y):
+def _faces(corners: np.ndarray, v: int, x: float, y: float) -> bool:
     """Return whether (x, y) is on the outer side of the edge that starts at corner v."""
     w = v + 1 if v + 1 < corners.shape[0] else 0
     along_x, along_y = corners[w, 0] - corners[v, 0], corners[w, 1] - corners[v, 1]
@@ -205,7 +216,9 @@ def _faces(corners, v, x, y):
 
 
 @njit(cache=True)
-def _away(corners, v, neighbour, x, y, least):
+def _away(
+    corners: np.ndarray, v: int, neighbour: int, x: float, y: float, least: float
+) -> tuple[float, float]:
     """Return the direction from (x, y) to a corner; where they coincide, on to its neighbour."""
     dx, dy = corners[v, 0] - x, corners[v, 1] - y
     if abs(dx) + abs(dy) <= least:
@@ -214,7 +227,7 @@ def _away(corners, v, neighbour, x, y, least):
 
 
 @njit(cache=True)
-def _arc(edges, count):
+def _arc(edges: np.ndarray, count: int) -> float:
     """Return the angle at infinity from the last half-line to the first, 0 to pi."""
     ax, ay = edges[count - 1, 2], edges[count - 1, 3]
     bx, by = -edges[0, 2], -edges[0, 3]
@@ -223,7 +236,7 @@ def _arc(edges, count):
 
 
 @njit(cache=True)
-def _angle(h, start, end):
+def _angle(h: float, start: float, end: float) -> float:
     """Return the signed angle of the part from ``start`` to ``end`` of a line."""
     if start == -inf:
         return atan2(h, -end)
@@ -233,7 +246,7 @@ def _angle(h, start, end):
 
 
 @njit(cache=True)
-def _edge(h, start, end):
+def _edge(h: float, start: float, end: float) -> float:
     """Return the integral of 1 - exp(-q/2) over the angle of an edge."""
     square = REACH * REACH - h * h
     half = sqrt(square) if square > 0.0 else 0.0
@@ -249,7 +262,7 @@ def _edge(h, start, end):
 
 
 @njit(cache=True)
-def _integral(square, low, high):
+def _integral(square: float, low: float, high: float) -> float:
     """Return the integral of (1 - exp(-q/2)) / q over u, q = ``square`` + u^2."""
     total, length = 0.0, high - low
     if length <= SHORT:
@@ -267,7 +280,7 @@ def _integral(square, low, high):
 
 
 @njit(cache=True)
-def _density(q):
+def _density(q: float) -> float:
     """Return (1 - exp(-q/2)) / q."""
     if q < 1e-3:
         return 0.5 - q * (0.125 - q * (1.0 / 48.0 - q / 384.0))
