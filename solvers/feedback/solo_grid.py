@@ -64,6 +64,7 @@ class SoloProblem:
     axes : the grid.
     leave : cost of leaving at once.
     steps : largest number of steps.
+    inside : value in the region, zero for arrival.
     """
 
     A: np.ndarray
@@ -72,6 +73,7 @@ class SoloProblem:
     axes: tuple[Axis, Axis | NoAxis]
     leave: float
     steps: int
+    inside: float = 0.0
 
 
 class SoloGrid:
@@ -89,8 +91,8 @@ class SoloGrid:
         ]
         self._region[tuple(spans)] = True
 
-    def value(self, start: np.ndarray, deviation: np.ndarray) -> float:
-        """Return the bound from a start N(``start``, diag ``deviation``^2)."""
+    def solve(self, start: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the bound from a start N(``start``, diag ``deviation``^2), and the table."""
         value, outside, best, result = np.zeros(self._shape), 0.0, 0.0, 0.0
         constant = self._problem.moves[-1][0]
         t = self._problem.steps
@@ -101,21 +103,21 @@ class SoloGrid:
             if t >= constant and result - best < STILL and result > 1.0:
                 t = min(t, constant)  # more steps to go do not lower the value
             best = result if t >= constant else 0.0
-        return result
+        return result, value
 
     def step(self, value: np.ndarray, outside: float, t: int) -> tuple[np.ndarray, float]:
         """Return the tables of step t from those of step t + 1."""
         problem = self._problem
         corners = [corners for first, corners in problem.moves if first <= t][-1]
-        within = self._after(value, outside)
+        within = self.after(value, outside)
         best = np.full(self._shape, -np.inf)
         for slope in problem.slopes:
-            np.maximum(best, self._least(within, corners, slope), out=best)
+            np.maximum(best, self.least(within, corners, slope), out=best)
         rim = min(outside, float(value[self._entered(corners)].min(initial=np.inf)))
         if self._reachable(corners):
             rim = min(rim, 0.0)
         slack = ROUNDING * (1.0 + float(value.max()))
-        best[self._left(corners)] = np.minimum(best[self._left(corners)], rim)
+        best[self.left(corners)] = np.minimum(best[self.left(corners)], rim)
         ceiling = problem.leave
         return np.minimum(ceiling, 1.0 + best) - slack, min(ceiling, 1.0 + rim) - slack
 
@@ -128,7 +130,7 @@ class SoloGrid:
         whole, arrived = (rows[0][k] @ value @ rows[1][k] for k in (0, 1))
         return float(whole - arrived)
 
-    def _after(self, value: np.ndarray, outside: float) -> np.ndarray:
+    def after(self, value: np.ndarray, outside: float) -> np.ndarray:
         """Return node values of a function that is below W, and below it when interpolated."""
         (hx, hy), A = self._spacing, self._problem.A
         bend = self._bends(value, outside)
@@ -165,14 +167,16 @@ class SoloGrid:
         """Return half the range of the next value around each node, and what lies beyond."""
         from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-        high, low = value, np.where(self._region, np.minimum(value, 0.0), value)
+        inside = self._problem.inside
+        high = np.where(self._region, np.maximum(value, inside), value)
+        low = np.where(self._region, np.minimum(value, inside), value)
         for a, axis in enumerate(self._problem.axes):
             if self._spacing[a] > 0.0:
                 size = 2 * (int(np.ceil(WINDOW * axis.sigma / axis.spacing)) + 2) + 1
                 high = maximum_filter1d(high, size, a, mode="constant", cval=outside)
                 low = minimum_filter1d(low, size, a, mode="constant", cval=outside)
-        most = max(float(value.max()), outside) - min(0.0, float(value.min()))
-        return (high - low) / 2 + BEYOND * most
+        ends = outside, inside, float(value.min()), float(value.max())
+        return (high - low) / 2 + BEYOND * (max(ends) - min(ends))
 
     def _spread(self, loss: np.ndarray) -> np.ndarray:
         """Return the largest loss near each node, as far as the image of a cell extends."""
@@ -198,9 +202,9 @@ class SoloGrid:
         ]
         missing = whole[0] * whole[1] - np.outer(*sides[0])
         missing -= np.outer(*goal) - np.outer(*sides[1])
-        return result + outside * missing
+        return result + outside * missing + self._problem.inside * np.outer(*goal)
 
-    def _least(self, within: np.ndarray, corners: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def least(self, within: np.ndarray, corners: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Return min over m in A x + B U of within(m) + slope (m - A x) at every node x."""
         x, y = self._problem.axes
         low, spacing = np.array([x.low, y.low]), np.array([x.spacing, y.spacing])
@@ -238,7 +242,7 @@ class SoloGrid:
             off |= place + high[a] + rim[a] > self._ends[1][a]
         return off
 
-    def _left(self, corners: np.ndarray) -> np.ndarray:
+    def left(self, corners: np.ndarray) -> np.ndarray:
         """Return the nodes from which a decision leads off the grid."""
         return self._leaves(self._problem.A, corners.min(axis=0), corners.max(axis=0))
 
