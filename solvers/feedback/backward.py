@@ -34,8 +34,11 @@ class Chooser(Protocol):
     stationary: bool
     kept: int
 
-    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
-        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1)."""
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1).
+
+        ``fields`` are those of ``agents``, ``ahead`` (K,) their costs after a move when alone.
+        """
         ...
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
@@ -104,9 +107,12 @@ def solve_backward(
             _continue(model, i, value, ahead[i])
             for i, value in zip(chooser.agents, values, strict=True)
         ]
-        new, choice = chooser.choose(clock, fields)
+        new, choice = chooser.choose(clock, fields, ahead)
         values = new
-        alone = {i: _alone(model, i, clock, ahead[i]) for i in chooser.agents}
+        alone = {
+            i: model.alone(i, clock, ahead[i]).min(axis=1) + np.float32(model.lam[i])
+            for i in chooser.agents
+        }
         fields_kept.append(chooser.keep(fields))
         if done > 1:
             change = float(np.abs(fields_kept[-1] - fields_kept[-2]).max())
@@ -143,13 +149,6 @@ def _continue(
     else:
         field += (1.0 - first.stays)[:, None] * ahead[None]
     return field
-
-
-def _alone(model: JointModel, agent: int, clock: int, ahead: np.ndarray) -> np.ndarray:
-    """Return the costs (K,) of ``agent`` alone, with the costs ``ahead`` after its move."""
-    moves = model.moves(agent, clock)
-    after = np.einsum("kas,kas->ka", moves.weight, ahead[moves.index]) + moves.cost
-    return (after.min(axis=1) + model.lam[agent]).astype(np.float32)
 
 
 def _action_type(model: JointModel) -> np.dtype:

@@ -12,6 +12,9 @@ from solvers.feedback.joint_model import JointModel
 from solvers.feedback.moves import after, project
 from solvers.feedback.stage_kernels import erode, respond, settle
 
+STARTS = ("selfish", "social", "swapped")
+"""Rules for the actions from which best responses begin."""
+
 ROUNDS = 12
 """Best responses at a state before all pairs of actions are enumerated."""
 
@@ -30,7 +33,7 @@ class JointOptimum:
     def __init__(self, model: JointModel) -> None:
         self._model = model
 
-    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs and actions of both agents."""
         model = self._model
         sides = [model.side(i, clock) for i in range(2)]
@@ -66,22 +69,36 @@ class StageEquilibrium:
 
     def __init__(self, model: JointModel, start: str) -> None:
         self._model, self._start = model, start
-        self.without = np.zeros(0)
+        self._games, self._lacking = 0, 0
 
-    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
-        """Return costs and actions of both agents; ``without`` counts states without equilibrium."""
+    @property
+    def without(self) -> float:
+        """Share of stage games so far without a pure equilibrium."""
+        return self._lacking / max(self._games, 1)
+
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return costs and actions of both agents."""
         model = self._model
         sides = [model.side(i, clock) for i in range(2)]
-        choice = self._begin(clock, fields)
+        choice = self._begin(clock, fields, ahead)
         how = np.empty(model.shape, np.uint8)
         own = np.ascontiguousarray(fields[0].T)
         stage_equilibria(own, fields[1], sides[0], sides[1], model.risk, model.crash,
-                         _reach(sides[0]), _reach(sides[1]), ROUNDS, choice, how)  # fmt: skip
-        self.without = how == NONE
+                         _reach(sides[0]), _reach(sides[1]), self._start == "swapped", ROUNDS,
+                         choice, how)  # fmt: skip
+        self._games += how.size
+        self._lacking += int((how == NONE).sum())
         return settled(model, sides, fields, choice)
 
-    def _begin(self, clock: int, fields: list[np.ndarray]) -> np.ndarray:
-        return JointOptimum(self._model).choose(clock, fields)[1].astype(np.int32)
+    def _begin(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> np.ndarray:
+        """Return the actions (2, K0, K1) from which best responses begin."""
+        if self._start == "social":
+            return JointOptimum(self._model).choose(clock, fields, ahead)[1].astype(np.int32)
+        choice = np.empty((2, *self._model.shape), np.int32)
+        for i in range(2):
+            alone = self._model.alone(i, clock, ahead[i]).argmin(axis=1)
+            choice[i] = alone[:, None] if i == 0 else alone[None]
+        return choice
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
         """Return both fields."""
@@ -95,11 +112,11 @@ class Response:
     kept = 1
 
     def __init__(self, model: JointModel, agent: int, player: Player) -> None:
-        self._model, self._agent, self._player = model, agent, player
+        self._model, self._agent, self.player = model, agent, player
         self.agents = (agent,)
         self._observer = Observer(model.game, model.rules, 1 - agent)
 
-    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs and actions of the agent."""
         model, agent, other = self._model, self._agent, 1 - self._agent
         side, grid = model.side(agent, clock), model.grids[other]
@@ -121,7 +138,7 @@ class Response:
             for grid, agent in zip(model.grids, model.game.agents, strict=True)
         ]
         actions = grid_actions(
-            self._observer, self._player, states[0], states[1], clock, mover.control_dim
+            self._observer, self.player, states[0], states[1], clock, mover.control_dim
         )
         if other == 1:
             actions = actions.transpose(1, 0, 2)

@@ -92,6 +92,11 @@ class JointModel:
         kept = np.einsum("kas,kas->ka", moves.weight, stays[moves.index]).clip(0.0, 1.0)
         return Side(moves.index, moves.weight, moves.ends, kept, moves.cost)
 
+    def alone(self, agent: int, clock: int, ahead: np.ndarray) -> np.ndarray:
+        """Return costs (K, A) of an agent alone, with the costs ``ahead`` (K,) after its move."""
+        moves = self.moves(agent, clock)
+        return np.einsum("kas,kas->ka", moves.weight, ahead[moves.index]) + moves.cost
+
 
 def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> JointModel:
     """Return the model of ``game``; ``step`` None is :func:`default_step`.

@@ -23,10 +23,6 @@ from numba import njit, prange
 from solvers.feedback.cubic import keys_weights
 from solvers.feedback.overlap_table import look_up
 
-MOST_ROUNDS = 12
-"""Best responses per state after which pairs of actions are enumerated."""
-
-
 class Side(NamedTuple):
     """Moves of one agent as arrays.
 
@@ -61,28 +57,35 @@ def overlap(risk, own_first, a, b):
 
 @njit(cache=True)
 def best_move(field, side, risk, own_first, crash, x, other_index, other_weight, other_end,
-              other_stays, near):  # fmt: skip
+              other_stays, near, values):  # fmt: skip
     """Return the best action at grid point ``x`` and its cost, given where the other agent is.
 
-    ``field`` is (other's points, own points).
+    ``field`` is (other's points, own points); ``values`` (A,) float32 is room for costs.
     """
-    best, chosen = np.inf, 0
-    for a in range(side.index.shape[1]):
-        value = 0.0
-        for t in range(other_index.size):
-            part = 0.0
-            row = other_index[t]
-            for s in range(side.index.shape[2]):
-                part += side.weight[x, a, s] * field[row, side.index[x, a, s]]
-            value += other_weight[t] * part
-        if near:
+    actions, taps = side.index.shape[1:]
+    values[:] = side.cost
+    for t in range(other_index.size):
+        row, scale = field[other_index[t]], np.float32(other_weight[t])
+        if taps == 1:
+            for a in range(actions):
+                values[a] += scale * row[side.index[x, a, 0]]
+            continue
+        for a in range(actions):
+            part = np.float32(0.0)
+            for s in range(taps):
+                part += side.weight[x, a, s] * row[side.index[x, a, s]]
+            values[a] += scale * part
+    if near:
+        for a in range(actions):
             p = overlap(risk, own_first, side.ends[x, a], other_end) * side.stays[x, a]
             p *= other_stays
-            value += p * (crash - value if risk.removes else crash)
-        value += side.cost[a]
-        if value < best:
-            best, chosen = value, a
-    return chosen, best
+            if p > 0.0:
+                values[a] += p * (crash - (values[a] - side.cost[a] if risk.removes else 0.0))
+    chosen = 0
+    for a in range(1, actions):
+        if values[a] < values[chosen]:
+            chosen = a
+    return chosen, values[chosen]
 
 
 @njit(cache=True, inline="always")
@@ -160,7 +163,7 @@ def respond(field, side, risk, own_first, crash, lam, reach, low, step, shape, o
     """
     for z in prange(out.shape[0]):
         index, weight = np.empty(16, np.int64), np.empty(16)
-        w0, w1 = np.empty(4), np.empty(4)
+        w0, w1, values = np.empty(4), np.empty(4), np.empty(side.cost.size, np.float32)
         for x in range(out.shape[1]):
             end = other_end[z, x]
             count = stencil(low, step, shape, end[0], end[1], w0, w1, index, weight)
@@ -171,7 +174,7 @@ def respond(field, side, risk, own_first, crash, lam, reach, low, step, shape, o
                 for t in range(count):
                     stays += weight[t] * other_stays[index[t]]
             a, value = best_move(field, side, risk, own_first, crash, x, index[:count],
-                                 weight[:count], end, stays, near)  # fmt: skip
+                                 weight[:count], end, stays, near, values)  # fmt: skip
             out[z, x] = value + lam
             best[z, x] = a
 
