@@ -34,7 +34,9 @@ class Chooser(Protocol):
     stationary: bool
     kept: int
 
-    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1).
 
         ``fields`` are those of ``agents``, ``ahead`` (K,) their costs after a move when alone.
@@ -73,11 +75,7 @@ def memory(model: JointModel, chooser: Chooser) -> int:
     states = model.shape[0] * model.shape[1]
     stages = model.rules.steps(model.game)
     per_stage = FLOAT * chooser.kept + len(chooser.agents) * _action_type(model).itemsize
-    moves = sum(
-        part.nbytes
-        for i in range(2)
-        for part in vars(model.moves(i, 0)).values()
-    )
+    moves = sum(part.nbytes for i in range(2) for part in vars(model.moves(i, 0)).values())
     return states * (stages * per_stage + SPARE * FLOAT) + moves
 
 
@@ -137,9 +135,7 @@ def solve_backward(
     )
 
 
-def _continue(
-    model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray
-) -> np.ndarray:
+def _continue(model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """Return the field (K0, K1) of ``agent`` from the costs ``values`` after the noise."""
     first, second = model.filters
     field = first.traffic(values, values.shape[1])

@@ -33,7 +33,9 @@ class JointOptimum:
     def __init__(self, model: JointModel) -> None:
         self._model = model
 
-    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs and actions of both agents."""
         model = self._model
         sides = [model.side(i, clock) for i in range(2)]
@@ -76,7 +78,9 @@ class StageEquilibrium:
         """Share of stage games so far without a pure equilibrium."""
         return self._lacking / max(self._games, 1)
 
-    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs and actions of both agents."""
         model = self._model
         sides = [model.side(i, clock) for i in range(2)]
@@ -90,7 +94,9 @@ class StageEquilibrium:
         self._lacking += int((how == NONE).sum())
         return settled(model, sides, fields, choice)
 
-    def _begin(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> np.ndarray:
+    def _begin(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> np.ndarray:
         """Return the actions (2, K0, K1) from which best responses begin."""
         if self._start == "social":
             return JointOptimum(self._model).choose(clock, fields, ahead)[1].astype(np.int32)
@@ -116,7 +122,9 @@ class Response:
         self.agents = (agent,)
         self._observer = Observer(model.game, model.rules, 1 - agent)
 
-    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
         """Return costs and actions of the agent."""
         model, agent, other = self._model, self._agent, 1 - self._agent
         side, grid = model.side(agent, clock), model.grids[other]

@@ -89,19 +89,23 @@ def price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end, o
 
 
 @njit(cache=True)
-def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_stays, w0, w1,
-           best):  # fmt: skip
-    """Write the best action: of the set, then refined around it; return its cost."""
+def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_stays, finer, w0,
+           w1, best):  # fmt: skip
+    """Write the best action of the set, or with ``finer`` the best near ``best``."""
     m = best.size
     y, u = np.empty(2), np.empty(m)
-    least = np.inf
-    for a in range(body.actions.shape[0]):
-        value = price(body, window, i0, j0, risk, own_first, crash, base, body.actions[a], y,
-                      other_end, other_stays, w0, w1)  # fmt: skip
-        if value < least:
-            least = value
-            best[:] = body.actions[a]
-    middle = best.copy()
+    if not finer:
+        least, chosen = np.inf, 0
+        for a in range(body.actions.shape[0]):
+            value = price(body, window, i0, j0, risk, own_first, crash, base, body.actions[a], y,
+                          other_end, other_stays, w0, w1)  # fmt: skip
+            if value < least:
+                least, chosen = value, a
+        best[:] = body.actions[chosen]
+        return
+    least = price(body, window, i0, j0, risk, own_first, crash, base, best, y, other_end,
+                  other_stays, w0, w1)  # fmt: skip
+    middle = np.empty(m)
     for level in range(REFINEMENTS):
         middle[:] = best
         for code in range(3**m):
@@ -113,18 +117,29 @@ def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_
                 u[q] = middle[q] + shift * body.spacing[q] * 0.5 ** (level + 1)
             if still:
                 continue
-            project_on_faces(body.normals, body.offsets, 0, body.offsets.size, u)
+            limit(body, u)
             value = price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end,
                           other_stays, w0, w1)  # fmt: skip
             if value < least:
                 least = value
                 best[:] = u
-    return least
 
 
 @njit(cache=True)
-def respond_to(body, field, own_first, risk, crash, base, other, other_end, w0, w1, index, weight,
-               window, best):  # fmt: skip
+def limit(body, u):
+    """Project ``u`` on the control set where it is outside."""
+    for f in range(body.offsets.size):
+        along = -body.offsets[f]
+        for q in range(u.size):
+            along += body.normals[f, q] * u[q]
+        if along > 0.0:
+            project_on_faces(body.normals, body.offsets, 0, body.offsets.size, u)
+            return
+
+
+@njit(cache=True)
+def respond_to(body, field, own_first, risk, crash, base, other, other_end, coarse, finer, w0, w1,
+               index, weight, window, best):  # fmt: skip
     """Write the best action of ``body`` when the other agent goes to ``other_end``."""
     count = stencil(other.low, other.step, other.shape, other_end[0], other_end[1], w0, w1, index,
                     weight)  # fmt: skip
@@ -147,8 +162,10 @@ def respond_to(body, field, own_first, risk, crash, base, other, other_end, w0, 
                     value += weight[t] * field[index[t], k]
             window[i - i0, j - j0] = value
     stays = read(other, other.stays, 0, 0, other_end, w0, w1)
-    return search(body, window, i0, j0, risk, own_first, crash, base, other_end, stays, w0, w1,
-                  best)  # fmt: skip
+    for stage in range(2):
+        if (coarse, finer)[stage]:
+            search(body, window, i0, j0, risk, own_first, crash, base, other_end, stays,
+                   stage == 1, w0, w1, best)  # fmt: skip
 
 
 @njit(cache=True, parallel=True)
@@ -160,16 +177,16 @@ def respond_everywhere(body, field, own_first, risk, crash, other, states, other
         index, weight = np.empty(16, np.int64), np.empty(16)
         window = np.empty((size[0], size[1]))
         base[:] = body.A @ states[c]
-        respond_to(body, field, own_first, risk, crash, base, other, other_ends[c], w0, w1, index,
-                   weight, window, actions[c])  # fmt: skip
+        respond_to(body, field, own_first, risk, crash, base, other, other_ends[c], True, True, w0,
+                   w1, index, weight, window, actions[c])  # fmt: skip
 
 
 @njit(cache=True, parallel=True)
 def decide_jointly(first, second, fields, crash, risk, choice, states, size, one, two):
     """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
 
-    They start as those of the nearest grid state; then each agent in turn takes the best on its
-    field (``fields`` (2, K0, K1)), until neither changes.
+    They start as those of the nearest grid state; then each agent in turn takes the best of its
+    set on its field (``fields`` (2, K0, K1)), until neither changes; both are refined last.
     """
     for c in prange(states.shape[0]):
         w0, w1 = np.empty(4), np.empty(4)
@@ -178,22 +195,26 @@ def decide_jointly(first, second, fields, crash, risk, choice, states, size, one
         base, y, z = np.empty((2, 2)), np.empty(2), np.empty(2)
         base[0] = first.A @ states[c, 0]
         base[1] = second.A @ states[c, 1]
-        k, l = nearest(first, states[c, 0]), nearest(second, states[c, 1])
-        one[c] = first.actions[choice[0, k, l]]
-        two[c] = second.actions[choice[1, k, l]]
-        before = np.empty(max(one.shape[1], two.shape[1]))
-        for sweep in range(SWEEPS):
+        i, j = nearest(first, states[c, 0]), nearest(second, states[c, 1])
+        one[c] = first.actions[choice[0, i, j]]
+        two[c] = second.actions[choice[1, i, j]]
+        before, agreed = np.empty(max(one.shape[1], two.shape[1])), False
+        for sweep in range(SWEEPS + 1):
+            finer = agreed or sweep == SWEEPS
             advance(second, base[1], two[c], z)
             before[: one.shape[1]] = one[c]
-            respond_to(first, fields[0], True, risk, crash[0], base[0], second, z, w0, w1, index,
-                       weight, window, one[c])  # fmt: skip
-            if sweep > 0 and np.abs(before[: one.shape[1]] - one[c]).max() < 1e-9:
-                break
-            advance(first, base[0], one[c], y)
-            before[: two.shape[1]] = two[c]
-            respond_to(second, fields[1], False, risk, crash[1], base[1], first, y, w0, w1, index,
-                       weight, window, two[c])  # fmt: skip
-            if np.abs(before[: two.shape[1]] - two[c]).max() < 1e-9:
+            respond_to(first, fields[0], True, risk, crash[0], base[0], second, z, not finer,
+                       finer, w0, w1, index, weight, window, one[c])  # fmt: skip
+            same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
+            if not (same and sweep > 0) or finer:
+                advance(first, base[0], one[c], y)
+                before[: two.shape[1]] = two[c]
+                respond_to(second, fields[1], False, risk, crash[1], base[1], first, y, not finer,
+                           finer, w0, w1, index, weight, window, two[c])  # fmt: skip
+                agreed = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
+            else:
+                agreed = True
+            if finer:
                 break
 
 
@@ -203,7 +224,8 @@ def decide_alone(body, alone, risk, states, actions):
     for c in prange(states.shape[0]):
         w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
         base[:] = body.A @ states[c]
-        search(body, alone, 0, 0, risk, True, 0.0, base, base, 0.0, w0, w1, actions[c])
+        for finer in (False, True):
+            search(body, alone, 0, 0, risk, True, 0.0, base, base, 0.0, finer, w0, w1, actions[c])
 
 
 @njit(cache=True)

@@ -81,7 +81,9 @@ def action_set(mover: Agent, grid: Grid, control: Polytope) -> np.ndarray:
     lattice = lattice[control.clearance(lattice) <= 1e-9]
     corners = control.vertices
     middles = (corners + np.roll(corners, -1, axis=0)) / 2 if control.dim == 2 else corners
-    every = np.concatenate([lattice, corners, middles, project(np.zeros_like(corners[:1]), control)])
+    every = np.concatenate(
+        [lattice, corners, middles, project(np.zeros_like(corners[:1]), control)]
+    )
     every = np.unique(np.round(every, 9) + 0.0, axis=0)
     return every[np.argsort(np.abs(every).sum(axis=1), kind="stable")]
 

@@ -23,6 +23,7 @@ from numba import njit, prange
 from solvers.feedback.cubic import keys_weights
 from solvers.feedback.overlap_table import look_up
 
+
 class Side(NamedTuple):
     """Moves of one agent as arrays.
 
