@@ -33,6 +33,9 @@ class Played:
     runs : independent trainings; 1 for planners.
     over_runs : cost, crash probability and success with intervals over trainings; None for a
         single one.  The intervals above are conditional on the trainings.
+    group_costs, group_crashes : per group of episodes in the environment, the mean cost over
+        agents and the share of episodes in which any agent crashed; None on schedule.  Players
+        with as many groups meet the same noise, so differences of groups are paired.
     paths : (episodes, T + 1, N, n) states of some episodes in the environment; None on schedule.
     """
 
@@ -45,6 +48,8 @@ class Played:
     method: str = "mc"
     runs: int = 1
     over_runs: dict[str, Interval] | None = None
+    group_costs: tuple[float, ...] | None = None
+    group_crashes: tuple[float, ...] | None = None
     paths: np.ndarray | None = None
 
 
@@ -127,6 +132,8 @@ def row_report(row: PlayerResult) -> dict[str, Any]:
         "crash_trusted": played.crash_any.trusted,
         "expected_cost": vars(played.expected_cost),
         "over_runs": {name: vars(interval) for name, interval in spread.items()} or None,
+        "group_costs": played.group_costs,
+        "group_crashes": played.group_crashes,
     }
 
 
