@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
+from baselines.deviations import check_deviation
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
 from benchmarks.comparison.players import FILE, check_arena, chosen_player, find_player
