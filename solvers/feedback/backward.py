@@ -1,0 +1,166 @@
+"""Dynamic programming backwards in time, for any way of choosing actions at a stage.
+
+A stage starts from the expected costs to go after its noise, per joint grid state.  The fields are
+these costs before the noise, for both agents in traffic after it or one of them:
+
+    C_i = E[V_i; both in traffic] + E[V_i alone; i in traffic, the other has arrived].
+
+A :class:`Chooser` selects actions and returns the costs of the stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import monotonic
+from typing import Protocol
+
+import numpy as np
+
+from ppg_env.errors import InputError
+from solvers.feedback.joint_model import FLOAT, JointModel
+
+STATIONARY = 1e-4
+"""A stage that changes no cost by more than this, and all before it, count as the same."""
+
+SPARE = 10
+"""Arrays over the joint grid that are in use at the same time, without the stages."""
+
+
+class Chooser(Protocol):
+    """Chooses actions at a stage."""
+
+    agents: tuple[int, ...]
+    stationary: bool
+    kept: int
+
+    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1)."""
+        ...
+
+    def keep(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Return the fields (F, K0, K1) that a player needs."""
+        ...
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The stages of a solution, by the number of steps left: row 0 is the last step.
+
+    Attributes
+    ----------
+    fields : (S, F, K0, K1) float32 costs after both moves.
+    choice : (S, F, K0, K1) numbers of the actions.
+    alone : per agent that is solved for, (S, K) costs after its move when it is alone.
+    values : per such agent, (K0, K1) costs at the first stage.
+    stationary : whether the last row stands for all earlier stages.
+    change : largest change of a cost in the last stage.
+    """
+
+    fields: np.ndarray
+    choice: np.ndarray
+    alone: dict[int, np.ndarray]
+    values: dict[int, np.ndarray]
+    stationary: bool
+    change: float
+
+
+def memory(model: JointModel, chooser: Chooser) -> int:
+    """Return the bytes that :func:`solve_backward` needs at most."""
+    states = model.shape[0] * model.shape[1]
+    stages = model.rules.steps(model.game)
+    per_stage = FLOAT * chooser.kept + len(chooser.agents) * _action_type(model).itemsize
+    moves = sum(
+        part.nbytes
+        for i in range(2)
+        for part in vars(model.moves(i, 0)).values()
+    )
+    return states * (stages * per_stage + SPARE * FLOAT) + moves
+
+
+def solve_backward(
+    model: JointModel,
+    chooser: Chooser,
+    memory_limit: float,
+    time_limit: float | None,
+    progress: Callable[[int, int], None] | None,
+) -> Stages:
+    """Return all stages, or those up to a stationary one.
+
+    Raises
+    ------
+    InputError
+        If more memory would be needed than ``memory_limit`` bytes, or time runs out.
+    """
+    _check_memory(memory(model, chooser), memory_limit)
+    start, total = monotonic(), model.rules.steps(model.game)
+    values = [np.zeros(model.shape, dtype=np.float32) for _ in chooser.agents]
+    alone = {i: np.zeros(model.grids[i].size, dtype=np.float32) for i in chooser.agents}
+    fields_kept, choices, alone_kept = [], [], []
+    change = np.inf
+    for done, clock in enumerate(reversed(range(total)), 1):
+        ahead = {i: model.filters[i].traffic(alone[i]) for i in chooser.agents}
+        fields = [
+            _continue(model, i, value, ahead[i])
+            for i, value in zip(chooser.agents, values, strict=True)
+        ]
+        new, choice = chooser.choose(clock, fields)
+        values = new
+        alone = {i: _alone(model, i, clock, ahead[i]) for i in chooser.agents}
+        fields_kept.append(chooser.keep(fields))
+        if done > 1:
+            change = float(np.abs(fields_kept[-1] - fields_kept[-2]).max())
+        choices.append(choice)
+        alone_kept.append(ahead)
+        if progress is not None:
+            progress(done, total)
+        if change < STATIONARY and chooser.stationary and model.clock_free:
+            break
+        if time_limit is not None and monotonic() - start > time_limit and done < total:
+            raise InputError(
+                "time_limit", f"of {time_limit:g} s ended after {done} of {total} stages",
+                "allow more time, or a larger step",
+            )  # fmt: skip
+    return Stages(
+        np.stack(fields_kept),
+        np.stack(choices),
+        {i: np.stack([row[i] for row in alone_kept]) for i in chooser.agents},
+        dict(zip(chooser.agents, values, strict=True)),
+        len(choices) < total,
+        change,
+    )
+
+
+def _continue(
+    model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray
+) -> np.ndarray:
+    """Return the field (K0, K1) of ``agent`` from the costs ``values`` after the noise."""
+    first, second = model.filters
+    field = first.traffic(values, values.shape[1])
+    field = second.traffic(field)
+    if agent == 0:
+        field += ahead[:, None] * (1.0 - second.stays)[None]
+    else:
+        field += (1.0 - first.stays)[:, None] * ahead[None]
+    return field
+
+
+def _alone(model: JointModel, agent: int, clock: int, ahead: np.ndarray) -> np.ndarray:
+    """Return the costs (K,) of ``agent`` alone, with the costs ``ahead`` after its move."""
+    moves = model.moves(agent, clock)
+    after = np.einsum("kas,kas->ka", moves.weight, ahead[moves.index]) + moves.cost
+    return (after.min(axis=1) + model.lam[agent]).astype(np.float32)
+
+
+def _action_type(model: JointModel) -> np.dtype:
+    most = max(len(model.moves(i, 0).actions) for i in range(2))
+    return np.dtype(np.uint8 if most <= 256 else np.uint16)
+
+
+def _check_memory(needed: int, limit: float) -> None:
+    if needed > limit:
+        raise InputError(
+            "memory_limit",
+            f"is {limit / 1e9:.3g} GB where {needed / 1e9:.3g} GB are needed",
+            "allow more, or give a larger step",
+        )

@@ -1,0 +1,214 @@
+"""Compiled: actions by one-step look-ahead on the fields of a stage, from any states.
+
+The field of an agent is contracted over the other's stencil to the window of grid points that the
+agent can reach; its actions are then compared on this window, first all of a set, then with finer
+steps around the best.  Cubic convolution is used in all four dimensions, and the table of overlaps
+for crashes (:mod:`solvers.feedback.stage_kernels` has the formula).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from ppg_env.env.projection import project_on_faces
+from solvers.feedback.cubic import keys_weights
+from solvers.feedback.stage_kernels import overlap, stencil
+
+REFINEMENTS = 3
+"""Halvings of the distance between actions."""
+
+SWEEPS = 4
+"""Most actions that are chosen in turn, per agent, for one joint decision."""
+
+
+class Body(NamedTuple):
+    """One agent: its grid, dynamics, control set, actions and chance of arrival.
+
+    low, step, shape (2,): the grid; A (2, 2), B (2, m); normals, offsets: faces of the control
+    set; actions (A, m); span (2, 2): lowest and highest B u; spacing (m,): between actions;
+    effort; stays (n0, n1): probability of no arrival.
+    """
+
+    low: np.ndarray
+    step: np.ndarray
+    shape: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    actions: np.ndarray
+    span: np.ndarray
+    spacing: np.ndarray
+    effort: float
+    stays: np.ndarray
+
+
+@njit(cache=True)
+def advance(body, base, u, y):
+    """Write y = base + B u."""
+    for k in range(2):
+        y[k] = base[k]
+        for q in range(u.size):
+            y[k] += body.B[k, q] * u[q]
+
+
+@njit(cache=True)
+def read(body, window, i0, j0, y, w0, w1):
+    """Return the interpolant at ``y`` of values on the window that begins at (i0, j0)."""
+    a = min(max((y[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)
+    b = min(max((y[1] - body.low[1]) / body.step[1], 0.0), body.shape[1] - 1.0)
+    i, j = min(int(a), max(body.shape[0] - 2, 0)), min(int(b), max(body.shape[1] - 2, 0))
+    keys_weights(a - i, w0)
+    keys_weights(b - j, w1)
+    value = 0.0
+    for r in range(4):
+        row, part = min(max(i + r - 1, 0), body.shape[0] - 1) - i0, 0.0
+        for s in range(4):
+            part += w1[s] * window[row, min(max(j + s - 1, 0), body.shape[1] - 1) - j0]
+        value += w0[r] * part
+    return value
+
+
+@njit(cache=True)
+def price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end, other_stays, w0, w1):
+    """Return the cost of the action ``u``; ``other_stays`` is zero without another agent."""
+    advance(body, base, u, y)
+    value = read(body, window, i0, j0, y, w0, w1)
+    if other_stays > 0.0:
+        p = overlap(risk, own_first, y, other_end) * other_stays
+        if p > 0.0:
+            p *= read(body, body.stays, 0, 0, y, w0, w1)
+            value += p * (crash - value if risk.removes else crash)
+    if body.effort > 0.0:
+        for q in range(u.size):
+            value += body.effort * abs(u[q])
+    return value
+
+
+@njit(cache=True)
+def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_stays, w0, w1,
+           best):  # fmt: skip
+    """Write the best action: of the set, then refined around it; return its cost."""
+    m = best.size
+    y, u = np.empty(2), np.empty(m)
+    least = np.inf
+    for a in range(body.actions.shape[0]):
+        value = price(body, window, i0, j0, risk, own_first, crash, base, body.actions[a], y,
+                      other_end, other_stays, w0, w1)  # fmt: skip
+        if value < least:
+            least = value
+            best[:] = body.actions[a]
+    middle = best.copy()
+    for level in range(REFINEMENTS):
+        middle[:] = best
+        for code in range(3**m):
+            rest, still = code, True
+            for q in range(m):
+                shift = rest % 3 - 1
+                rest //= 3
+                still = still and shift == 0
+                u[q] = middle[q] + shift * body.spacing[q] * 0.5 ** (level + 1)
+            if still:
+                continue
+            project_on_faces(body.normals, body.offsets, 0, body.offsets.size, u)
+            value = price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end,
+                          other_stays, w0, w1)  # fmt: skip
+            if value < least:
+                least = value
+                best[:] = u
+    return least
+
+
+@njit(cache=True)
+def respond_to(body, field, own_first, risk, crash, base, other, other_end, w0, w1, index, weight,
+               window, best):  # fmt: skip
+    """Write the best action of ``body`` when the other agent goes to ``other_end``."""
+    count = stencil(other.low, other.step, other.shape, other_end[0], other_end[1], w0, w1, index,
+                    weight)  # fmt: skip
+    edge = np.empty((2, 2), np.int64)
+    for k in range(2):
+        last = body.shape[k] - 1
+        for side in range(2):
+            place = (base[k] + body.span[side, k] - body.low[k]) / body.step[k]
+            place = min(max(place, 0.0), float(last))
+            cell = min(int(place), max(last - 1, 0))
+            edge[side, k] = max(cell - 1, 0) if side == 0 else min(cell + 2, last)
+    i0, j0 = edge[0, 0], edge[0, 1]
+    for i in range(i0, edge[1, 0] + 1):
+        for j in range(j0, edge[1, 1] + 1):
+            k, value = i * body.shape[1] + j, 0.0
+            for t in range(count):
+                if own_first:
+                    value += weight[t] * field[k, index[t]]
+                else:
+                    value += weight[t] * field[index[t], k]
+            window[i - i0, j - j0] = value
+    stays = read(other, other.stays, 0, 0, other_end, w0, w1)
+    return search(body, window, i0, j0, risk, own_first, crash, base, other_end, stays, w0, w1,
+                  best)  # fmt: skip
+
+
+@njit(cache=True, parallel=True)
+def respond_everywhere(body, field, own_first, risk, crash, other, states, other_ends, size,
+                       actions):  # fmt: skip
+    """Write the best actions (C, m) at ``states`` (C, 2), given the other's ends (C, 2)."""
+    for c in prange(states.shape[0]):
+        w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
+        index, weight = np.empty(16, np.int64), np.empty(16)
+        window = np.empty((size[0], size[1]))
+        base[:] = body.A @ states[c]
+        respond_to(body, field, own_first, risk, crash, base, other, other_ends[c], w0, w1, index,
+                   weight, window, actions[c])  # fmt: skip
+
+
+@njit(cache=True, parallel=True)
+def decide_jointly(first, second, fields, crash, risk, choice, states, size, one, two):
+    """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
+
+    They start as those of the nearest grid state; then each agent in turn takes the best on its
+    field (``fields`` (2, K0, K1)), until neither changes.
+    """
+    for c in prange(states.shape[0]):
+        w0, w1 = np.empty(4), np.empty(4)
+        index, weight = np.empty(16, np.int64), np.empty(16)
+        window = np.empty((size[0], size[1]))
+        base, y, z = np.empty((2, 2)), np.empty(2), np.empty(2)
+        base[0] = first.A @ states[c, 0]
+        base[1] = second.A @ states[c, 1]
+        k, l = nearest(first, states[c, 0]), nearest(second, states[c, 1])
+        one[c] = first.actions[choice[0, k, l]]
+        two[c] = second.actions[choice[1, k, l]]
+        before = np.empty(max(one.shape[1], two.shape[1]))
+        for sweep in range(SWEEPS):
+            advance(second, base[1], two[c], z)
+            before[: one.shape[1]] = one[c]
+            respond_to(first, fields[0], True, risk, crash[0], base[0], second, z, w0, w1, index,
+                       weight, window, one[c])  # fmt: skip
+            if sweep > 0 and np.abs(before[: one.shape[1]] - one[c]).max() < 1e-9:
+                break
+            advance(first, base[0], one[c], y)
+            before[: two.shape[1]] = two[c]
+            respond_to(second, fields[1], False, risk, crash[1], base[1], first, y, w0, w1, index,
+                       weight, window, two[c])  # fmt: skip
+            if np.abs(before[: two.shape[1]] - two[c]).max() < 1e-9:
+                break
+
+
+@njit(cache=True, parallel=True)
+def decide_alone(body, alone, risk, states, actions):
+    """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
+    for c in prange(states.shape[0]):
+        w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
+        base[:] = body.A @ states[c]
+        search(body, alone, 0, 0, risk, True, 0.0, base, base, 0.0, w0, w1, actions[c])
+
+
+@njit(cache=True)
+def nearest(body, state):
+    """Return the number of the grid point nearest to ``state``."""
+    i = int(np.rint(min(max((state[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)))
+    j = int(np.rint(min(max((state[1] - body.low[1]) / body.step[1], 0.0), body.shape[1] - 1.0)))
+    return i * body.shape[1] + j
