@@ -67,7 +67,7 @@ class PlayerResult:
 
     @property
     def solution(self) -> Solution | None:
-        """Solution with its plans; None for learners."""
+        """Solution with its plans; None for policies."""
         return self.entrant.solution
 
     @property
@@ -77,7 +77,9 @@ class PlayerResult:
 
     @property
     def status(self) -> str:
-        """Status of the planner; ``trained`` for learners."""
+        """Status of the planner; ``trained`` for learners, ``grid`` for feedback policies."""
+        if self.entrant.feedback is not None:
+            return "grid"
         return "trained" if self.solution is None else str(self.solution.status)
 
     @property
@@ -106,11 +108,12 @@ def comparison_report(
 def row_report(row: PlayerResult) -> dict[str, Any]:
     """Return the report of one player."""
     solution, played = row.solution, row.played
+    timed = solution or row.entrant.feedback
     head: dict[str, Any] = {
         "player": row.player,
         "status": row.status,
         "advice": row.advice,
-        "seconds": None if solution is None else solution.seconds,
+        "seconds": None if timed is None else timed.seconds,
     }
     if played is None:
         return head
