@@ -62,12 +62,16 @@ TOPICS: dict[str, dict[str, str]] = {
         **SHARED,
     },
     "regret": {
-        "regret from": "Lower bound on what the agent gains by the best deviation found, in its "
-        "expected cost; the others play on unchanged.",
+        "regret from": "What the agent gains by the best deviation found, in its expected cost; the "
+        "others play on unchanged. An estimate of a lower bound: a better deviation may exist.",
+        "to": "Upper bound: the upper limit of the agent's expected cost, less a proved bound on "
+        "what it costs at least if it were alone. Empty where that is not computed.",
+        "gain grid": "Gain of the best response by dynamic programming on a grid of the joint "
+        "state, for games whose joint state has at most four dimensions.",
         "gain trained": "Gain of a deviation trained by PPO against the frozen others.",
         "gain planned": "Gain of the planner's best response to the others' mean behaviour.",
-        "deviation": "The better deviation, chosen on other episodes than it is evaluated on; none "
-        "if neither gains.",
+        "deviation": "The best deviation, chosen on other episodes than it is evaluated on; none "
+        "if none gains.",
         **SHARED,
     },
     "game": {

@@ -15,11 +15,9 @@ if TYPE_CHECKING:
     from ppg_env.env.players import Player
     from ppg_env.game.game import Game
 
-KINDS = ("trained", "planned")
-
 
 @with_game_options
-@with_planner_options("solver", "time_limit", "seed", time_limit=60.0)
+@with_planner_options("solver", "time_limit", "seed", time_limit=300.0)
 def regret(
     game: GameArgument,
     *,
@@ -27,8 +25,16 @@ def regret(
         "ppo-selfish"
     ),
     run: Annotated[int, typer.Option(min=0, help="Which training run of a learner.")] = 0,
+    deviation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="grid,planned,trained",
+            help="Deviations to look for: dynamic programming on a grid, the planner, PPO "
+            "(default: grid and planned where a grid applies, else planned and trained).",
+        ),
+    ] = None,
     steps: Annotated[
-        int, typer.Option(min=0, help="Steps to train each deviation; 0: the planner's alone.")
+        int, typer.Option(min=1, help="Steps to train a deviation with PPO.")
     ] = 500_000,
     episodes: Annotated[
         int,
@@ -38,32 +44,37 @@ def regret(
     as_json: JsonOption = False,
     overrides: dict[str, Any],
 ) -> None:
-    """Bound regret from below: what each agent gains by the best deviation that is found."""
+    """Bound regret: what each agent gains by the best deviation found, and at most."""
+    from baselines.deviations import DeviationOptions, check_deviation, usual_deviations
     from baselines.regret import regret_bounds
-    from baselines.train import require_extra
     from benchmarks.comparison.players import chosen_player
     from ppg_env.scenarios.make import make_game
 
     name, _ = chosen_player(player)
-    if steps:
-        require_extra()
     instance = make_game(game, **overrides)
+    names = usual_deviations(instance) if deviation is None else tuple(deviation.split(","))
+    for each in names:
+        check_deviation(each, "--deviation")
+    if "trained" in names:
+        from baselines.train import require_extra
+
+        require_extra()
     with working(f"regret of {name} in {game}") as status:
         players = _players(name, instance, run, planner)
         status.update(f"looking for deviations from {name} in {game}")
+        options = DeviationOptions(steps, planner.seed, planner.solver, planner.time_limit)
         bounds = regret_bounds(
             instance,
             players,
-            steps=steps,
+            deviations=names,
             episodes=episodes,
             seed=planner.seed,
-            solver=planner.solver,
-            time_limit=planner.time_limit,
+            options=options,
         )
     if as_json:
         print_json(_report(instance, name, run, bounds))
     else:
-        _print(instance, name, episodes, bounds)
+        _print(instance, name, episodes, names, bounds)
 
 
 def _players(name: str, game: Game, run: int, planner: PlannerOptions) -> list[Player]:
@@ -85,7 +96,9 @@ def _report(game: Game, name: str, run: int, bounds: dict[int, RegretBound]) -> 
     agents = [
         {
             "agent": game.agent_names[i],
+            "cost": vars(bound.cost),
             "regret": vars(bound.regret),
+            "at_most": bound.most,
             "deviation": bound.deviation,
             "gains": {kind: vars(gain) for kind, gain in bound.gains.items()},
         }
@@ -94,18 +107,25 @@ def _report(game: Game, name: str, run: int, bounds: dict[int, RegretBound]) -> 
     return {"scenario": game_name(game), "player": name, "run": run, "agents": agents}
 
 
-def _print(game: Game, name: str, episodes: int, bounds: dict[int, RegretBound]) -> None:
+def _print(
+    game: Game,
+    name: str,
+    episodes: int,
+    deviations: tuple[str, ...],
+    bounds: dict[int, RegretBound],
+) -> None:
     from benchmarks.comparison.report import game_name
 
     rows = []
     for i, bound in bounds.items():
-        gains = [bound.gains.get(kind) for kind in KINDS]
+        gains = [bound.gains.get(kind) for kind in deviations]
         shown = ["" if gain is None else interval(gain, ".3f", ".3f") for gain in gains]
         regret = interval(bound.regret, ".3f", ".3f")
-        rows.append((game.agent_names[i], bound.deviation, regret, *shown))
+        most = "" if bound.most is None else f"{bound.most:.3f}"
+        rows.append((game.agent_names[i], bound.deviation, regret, most, *shown))
     print_table(
-        f"{name} in {game_name(game)}: regret, estimated from below",
-        ("agent", "deviation", "regret from", *(f"gain {kind}" for kind in KINDS)),
+        f"{name} in {game_name(game)}: regret in the environment",
+        ("agent", "deviation", "regret from", "to", *(f"gain {kind}" for kind in deviations)),
         rows,
         f"Gains in expected cost; {episodes:,} episodes; 95 % intervals; see ppg explain regret.",
         texts=2,

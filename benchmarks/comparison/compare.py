@@ -90,6 +90,8 @@ def _in_environment(
         expected_cost=summary.cost_mean,
         runs=ready.runs,
         over_runs=statistics.over_runs() if ready.runs > 1 else None,
+        group_costs=tuple(statistics.costs.tolist()),
+        group_crashes=tuple(statistics.crashes.tolist()),
         paths=trajectories(game, runs[0], min(PATHS, episodes), seed),
     )
     if summary.crash_any.hits >= FEW or ready.name == RECEDING:  # too slow to be split

@@ -16,6 +16,7 @@ from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from solvers import planner_options
+from solvers.feedback.feedback_solution import FeedbackSolution
 from solvers.planner_options import PlannerOptions
 from solvers.solution import Solution, Status
 
@@ -36,14 +37,14 @@ class PlayerEntry:
     Attributes
     ----------
     name : on the command line and in tables.
-    create : makes its plans, or loads its policies.
+    create : makes its plans or policies, or loads them.
     accepts : the planner options that it uses.
     arena : ``env`` if it needs the environment, else ``schedule``.
     information : what it observes while playing.
     """
 
     name: str
-    create: Callable[[Game, PlannerOptions], Solution | Learned]
+    create: Callable[[Game, PlannerOptions], Solution | Learned | FeedbackSolution]
     accepts: tuple[str, ...] = ()
     arena: str = "schedule"
     information: str = "own state, or open loop without gain"
@@ -93,15 +94,28 @@ def _straight(game: Game, _options: PlannerOptions) -> Solution:
     return Solution(game, "straight", status, advice, profile, evaluation)
 
 
+def _feedback(kind: str, game: Game, options: PlannerOptions) -> FeedbackSolution:
+    """Compute the feedback ``equilibrium`` or ``optimum`` on a grid."""
+    from solvers.feedback.dynamic_programming import feedback_equilibrium, feedback_optimum
+
+    solve = feedback_equilibrium if kind == "equilibrium" else feedback_optimum
+    return solve(game, time_limit=options.time_limit)
+
+
 def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
     from baselines.pretrained import find_pretrained
 
     return find_pretrained(name, game)
 
 
-def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned:
+def _from_file(
+    name: str, game: Game, _options: PlannerOptions
+) -> Learned | FeedbackSolution:
     from baselines.policy_file import read_learned
+    from solvers.feedback.feedback_file import is_feedback_file, read_feedback
 
+    if is_feedback_file(name):
+        return read_feedback(name, game)
     learned = read_learned(name)
     if not learned.fits(game):
         warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)
@@ -111,6 +125,7 @@ def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned:
 _SEARCH = ("solver", "time_limit", "seed")
 _DYNAMICS = (*_SEARCH, "start", "order")
 _LEARNED = ((), "env", "full state")
+_GRID = (("time_limit",), "env", "full state")
 
 PLAYERS: dict[str, PlayerEntry] = {
     entry.name: entry
@@ -120,6 +135,8 @@ PLAYERS: dict[str, PlayerEntry] = {
         PlayerEntry("social", partial(_joint, "social"), (*_SEARCH, "node_limit")),
         PlayerEntry("straight", _straight),
         PlayerEntry(RECEDING, _nash, _DYNAMICS, "env", "full state"),
+        PlayerEntry("feedback-nash", partial(_feedback, "equilibrium"), *_GRID),
+        PlayerEntry("feedback-social", partial(_feedback, "optimum"), *_GRID),
         *(PlayerEntry(name, partial(_pretrained, name), *_LEARNED) for name in PRETRAINED),
     )
 }
@@ -142,11 +159,13 @@ class Entrant:
     name : the requested name.
     solution : its plans, for planners.
     learned : its policies, for learners.
+    feedback : its policies, for dynamic programming.
     """
 
     name: str
     solution: Solution | None = None
     learned: Learned | None = None
+    feedback: FeedbackSolution | None = None
 
     @property
     def runs(self) -> int:
@@ -160,6 +179,8 @@ class Entrant:
         """
         if self.learned is not None:
             return [self.learned.players(game, run) for run in range(self.runs)]
+        if self.feedback is not None:
+            return [self.feedback.players()]
         if self.solution is None or self.solution.profile is None:
             return []
         if self.name == RECEDING:
@@ -175,6 +196,8 @@ def entrant(name: str, game: Game, options: PlannerOptions) -> Entrant:
     result = player.create(game, options.only(player.accepts))
     if isinstance(result, Learned):
         return Entrant(name, learned=result)
+    if isinstance(result, FeedbackSolution):
+        return Entrant(name, feedback=result)
     return Entrant(name, solution=result)
 
 

@@ -33,6 +33,9 @@ class Played:
     runs : independent trainings; 1 for planners.
     over_runs : cost, crash probability and success with intervals over trainings; None for a
         single one.  The intervals above are conditional on the trainings.
+    group_costs, group_crashes : per group of episodes in the environment, the mean cost over
+        agents and the share of episodes in which any agent crashed; None on schedule.  Players
+        with as many groups meet the same noise, so differences of groups are paired.
     paths : (episodes, T + 1, N, n) states of some episodes in the environment; None on schedule.
     """
 
@@ -45,6 +48,8 @@ class Played:
     method: str = "mc"
     runs: int = 1
     over_runs: dict[str, Interval] | None = None
+    group_costs: tuple[float, ...] | None = None
+    group_crashes: tuple[float, ...] | None = None
     paths: np.ndarray | None = None
 
 
@@ -62,7 +67,7 @@ class PlayerResult:
 
     @property
     def solution(self) -> Solution | None:
-        """Solution with its plans; None for learners."""
+        """Solution with its plans; None for policies."""
         return self.entrant.solution
 
     @property
@@ -72,7 +77,9 @@ class PlayerResult:
 
     @property
     def status(self) -> str:
-        """Status of the planner; ``trained`` for learners."""
+        """Status of the planner; ``trained`` for learners, ``grid`` for feedback policies."""
+        if self.entrant.feedback is not None:
+            return "grid"
         return "trained" if self.solution is None else str(self.solution.status)
 
     @property
@@ -101,11 +108,12 @@ def comparison_report(
 def row_report(row: PlayerResult) -> dict[str, Any]:
     """Return the report of one player."""
     solution, played = row.solution, row.played
+    timed = solution or row.entrant.feedback
     head: dict[str, Any] = {
         "player": row.player,
         "status": row.status,
         "advice": row.advice,
-        "seconds": None if solution is None else solution.seconds,
+        "seconds": None if timed is None else timed.seconds,
     }
     if played is None:
         return head
@@ -127,6 +135,8 @@ def row_report(row: PlayerResult) -> dict[str, Any]:
         "crash_trusted": played.crash_any.trusted,
         "expected_cost": vars(played.expected_cost),
         "over_runs": {name: vars(interval) for name, interval in spread.items()} or None,
+        "group_costs": played.group_costs,
+        "group_crashes": played.group_crashes,
     }
 
 

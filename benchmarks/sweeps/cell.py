@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
+from baselines.deviations import check_deviation
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
 from benchmarks.comparison.players import FILE, check_arena, chosen_player, find_player
@@ -50,6 +51,8 @@ class Cell(PlannerOptions):
     episodes : simulated episodes.
     groups : groups of episodes in ``env``; learners have one per training run at least.  Players
         with as many groups meet the same noise.
+    deviation : in ``env``, the deviation whose gain is measured, as in ``ppg regret``; None for
+        none.
 
     A ``time_limit`` makes results depend on the machine, a ``node_limit`` does not.
     """
@@ -60,9 +63,11 @@ class Cell(PlannerOptions):
     arena: str = "schedule"
     episodes: int = 10_000
     groups: int = 1
+    deviation: str | None = None
 
     def __post_init__(self) -> None:
         check_arena(self.arena, "arena")
+        check_deviation(self.deviation)
         chosen_player(self.player, self.arena, "player")
         for name, least in (("episodes", 1), ("groups", 1), ("seed", 0)):
             value = getattr(self, name)
@@ -95,6 +100,7 @@ class Cell(PlannerOptions):
             "arena": self.arena,
             "episodes": self.episodes,
             "groups": self.groups if self.arena == "env" else None,
+            "deviation": self.deviation if self.arena == "env" else None,
             "seed": self.seed,
             "solver": self.solver,
             "time_limit": self.time_limit,
@@ -113,6 +119,8 @@ class Cell(PlannerOptions):
         }
         if content["charge"] in (None, SELFISH):  # the only rule of the first stores
             del content["charge"]
+        if content["deviation"] is None:  # nothing else was measured before
+            del content["deviation"]
         return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
     def _file_digest(self) -> str | None:

@@ -62,6 +62,8 @@ class Row:
     crash_method : the estimator of these, ``mc`` or ``rare``.
     expected_cost, expected_cost_low, expected_cost_high : mean over agents, with limits.
     over_runs : limits over training runs.
+    group_costs, group_crashes : in ``env``, per group of episodes, not per agent.
+    play_regret : gain of each agent by the ``deviation`` of the cell; of run 0, for learners.
     means, controls : of the plans, (N, H+1, n) and (N, H, m).
     seconds : wall time, the only entry that the cell does not determine.
     """
@@ -90,6 +92,7 @@ class Row:
     arena: str
     episodes: int
     groups: int | None
+    deviation: str | None
     seed: int
     solver: str
     time_limit: float | None
@@ -126,6 +129,9 @@ class Row:
     expected_cost_low: float | None = None
     expected_cost_high: float | None = None
     over_runs: Table | None = None
+    group_costs: Numbers | None = None
+    group_crashes: Numbers | None = None
+    play_regret: Estimates | None = None
     means: Paths | None = None
     controls: Paths | None = None
     seconds: float = 0.0

@@ -16,6 +16,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from benchmarks.comparison.players import Entrant
 from benchmarks.sweeps.cell import Cell
 from benchmarks.sweeps.row import FAILED, Row, make_row
 from benchmarks.sweeps.store import Store
@@ -142,7 +143,29 @@ def _played(cell: Cell) -> Report:
     report = row_report(row)
     if row.solution is not None:
         report = solution_report(row.solution) | report
-    return report if row.played else report | {"reason": report["advice"]}
+    if row.played is None:
+        return report | {"reason": report["advice"]}
+    if cell.deviation is not None and cell.arena == "env":
+        report["play_regret"] = _regret(cell, row.entrant)
+    return report
+
+
+def _regret(cell: Cell, ready: Entrant) -> list[dict[str, float]]:
+    """Return the gain of each agent by the cell's deviation from run 0 of the player."""
+    from baselines.deviations import DeviationOptions
+    from baselines.regret import regret_bounds
+
+    bounds = regret_bounds(
+        cell.game,
+        ready.policies(cell.game, cell)[0],
+        deviations=[cell.deviation] if cell.deviation else [],
+        episodes=cell.episodes,
+        seed=cell.seed,
+        options=DeviationOptions(
+            seed=cell.seed, solver=cell.solver, time_limit=cell.time_limit
+        ),
+    )
+    return [vars(bound.regret) for bound in bounds.values()]
 
 
 def _failure(reason: str) -> Report:

@@ -28,7 +28,7 @@ from ppg_env.errors import InputError, require
 APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
 
-VERSION = 4
+VERSION = 5
 """Version of the table; raise it when a column is added or removed."""
 
 PATIENCE = 30.0

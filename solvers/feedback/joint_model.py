@@ -107,7 +107,7 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
         If the game or the rules are not of a kind that the grids can represent.
     """
     rules = (Rules() if rules is None else rules).of(game)
-    _check(game, rules)
+    check_extent(game, rules)
     if step is None:
         step = min(default_step(game, i, rules) for i in range(len(game.agents)))
     require(step > 0, "step", f"is {step}", "give a positive length")
@@ -123,7 +123,7 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
     return JointModel(game, rules, float(step), grids, filters, table)
 
 
-def _check(game: Game, rules: Rules) -> None:
+def check_extent(game: Game, rules: Rules) -> None:
     """Refuse games and rules without a grid model."""
     plan = "use planners, or learned players"
     require(len(game.agents) == 2, "game", f"has {len(game.agents)} agents", "give two")
