@@ -15,7 +15,6 @@ from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.tie_break import break_ties
-from solvers.pricing import PricedProfile
 from solvers.search_result import SearchResult
 
 if TYPE_CHECKING:
@@ -48,10 +47,10 @@ def tidied(objective: Objective, movers: Sequence[int], result: SearchResult) ->
 
     See :mod:`solvers.engine.tie_break`.
     """
-    if result.profile is None or result.evaluation is None:
+    best = result.priced
+    if best is None:
         return result
-    best = PricedProfile(result.profile, result.evaluation, result.value)
-    others = {i: plan for i, plan in enumerate(result.profile) if i not in movers}
+    others = {i: plan for i, plan in enumerate(best.profile) if i not in movers}
     return SearchResult.of(
         result.status,
         result.bound,

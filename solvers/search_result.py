@@ -29,3 +29,10 @@ class SearchResult:
         if best is None:
             return cls(status, bound, detail=detail)
         return cls(status, bound, best.profile, best.evaluation, best.value, detail)
+
+    @property
+    def priced(self) -> PricedProfile | None:
+        """The plans with their evaluation and value; None without plans."""
+        if self.profile is None or self.evaluation is None:
+            return None
+        return PricedProfile(self.profile, self.evaluation, self.value)

@@ -12,6 +12,9 @@ branch and bound (:mod:`solvers.engine.branch_and_bound`).  The smallest of all 
 whenever the search stops, since unfinished vectors count with their bounds.
 
 Of vectors that a symmetry of the game maps to each other, one is searched.
+
+Among walls and in motion, plans that the search finds are improved by one mover after the other
+while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
 """
 
 from __future__ import annotations
@@ -40,6 +43,12 @@ from solvers.solution import Status
 FIRST_LOOK = 300
 """Linear programs for a single mover among walls before a way through cells is looked for."""
 
+DESCENT_AFTER = 500
+"""Linear programs between descents, in which one mover after the other improves the incumbent."""
+
+DESCENT_EFFORT = 600
+"""Linear programs for one mover in a descent."""
+
 MOST_LOADED = 200
 """Searches that keep their linear programs; the others rebuild them when they continue."""
 
@@ -64,6 +73,8 @@ def engine_search(
     incumbent = None
     if given is not None:
         incumbent = price(objective, {i: given[i].controls for i in movers}, others)
+    if incumbent is not None:
+        on_progress("value", incumbent.value)
     earliest = {i: int(t or 0) for i, t in first.items()}
     if _is_confined(subproblem) and any(earliest.values()):
         child = budget.child(FIRST_LOOK)
@@ -107,6 +118,11 @@ class _ArrivalSearch:
         )
         self._cuts = CutPool(subproblem, self._symmetries, budget)
         self._loaded: dict[int, BranchAndBound] = {}
+        game, movers = subproblem.game, subproblem.movers
+        confined = game.collisions == "swept" or any(has_walls(game, i) for i in movers)
+        self._descends = confined and len(movers) > 1
+        self._next_descent = budget.used + DESCENT_AFTER if self._descends else inf
+        self._descended = inf
 
     @property
     def _upper(self) -> float:
@@ -127,15 +143,38 @@ class _ArrivalSearch:
             tree = tree or self._branch_and_bound(arrivals)
             if tree.root_pending:
                 tree.process_root()
-            elif not tree.search(self._upper, until=queue.least):
+            elif not tree.search(self._upper, until=queue.least, pause=self._next_descent):
                 return self._stopped(min(proved, max(bound, tree.bound), queue.least))
             proved = min(proved, tree.leaf_bound)
             if tree.open_bound < inf:
                 queue.push(max(bound, tree.open_bound), arrivals, tree)
                 self._keep_loaded(tree)
+            if self._budget.used >= self._next_descent:
+                self._descend()
         if self.incumbent is None:
             return SearchResult(Status.INFEASIBLE, inf)
         return SearchResult.of(Status.OPTIMAL, min(proved, self._upper), self.incumbent)
+
+    def _descend(self) -> None:
+        """Let one mover after the other improve the incumbent, until none does."""
+        objective, idle = self._subproblem.objective, 0
+        while self._upper < self._descended and idle < len(self._subproblem.movers):
+            for i in self._subproblem.movers:
+                assert self.incumbent is not None
+                child = self._budget.child(DESCENT_EFFORT)
+                response = engine_search(objective, (i,), self.incumbent.profile, child)
+                self._budget.charge(child)
+                idle += 1
+                if response.value < self._upper - tol.IMPROVEMENT:
+                    idle = 0
+                    self.incumbent = response.priced
+                    self._on_progress("value", self._upper)
+                if idle >= len(self._subproblem.movers) or self._budget.out:
+                    break
+            if self._budget.out:
+                break
+        self._descended = self._upper
+        self._next_descent = self._budget.used + DESCENT_AFTER
 
     def _keep_loaded(self, tree: BranchAndBound) -> None:
         """Keep the linear programs of the most recent searches; release the oldest."""

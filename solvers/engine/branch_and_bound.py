@@ -121,10 +121,11 @@ class BranchAndBound:
             if (solution := lp.solve(self._cutoff)) is not None:
                 self._open = [(solution[0], 0, ())]
 
-    def search(self, upper: float, *, until: float = inf) -> bool:
+    def search(self, upper: float, *, until: float = inf, pause: float = inf) -> bool:
         """Search below ``upper`` until the bound exceeds ``until``; return whether it completed.
 
-        The budget, or a linear program that cannot be solved, interrupts the search.
+        The search also returns once the budget has counted ``pause`` linear programs.  The limits
+        of the budget, or a linear program that cannot be solved, interrupt it.
         """
         self.upper = min(self.upper, upper)
         while self._plunge_nodes or (self._open and self._open[0][0] <= until):
@@ -132,11 +133,12 @@ class BranchAndBound:
                 self.process_root()
             if not self._plunge_nodes and not self._open:
                 break
-            if not self._plunge(*self._select_node()):
+            completed = self._plunge(*self._select_node())
+            if not completed or self._budget.used >= pause:
                 for bound, choice in self._plunge_nodes:
                     self._push(bound, choice)
                 self._plunge_nodes = []
-                return False
+                return completed
         return True
 
     def release(self) -> None:

@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from ppg_env import tolerances as tol
 from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.game import Game
@@ -34,11 +36,18 @@ from solvers.units import in_units_of_the_game
 BOUND_SHARE = 0.3
 """Part of the time limit that the bound may take."""
 
+CERTIFICATE_SHARE = 0.15
+"""Part of the time limit that is kept for the certificate of an equilibrium."""
+
 MOST_EXACT = 5
 """With more agents than this, optima are approximated and bounded, not proved."""
 
 MOST_DIRECT = 3
-"""Up to this number of agents, the exact search finds its first plans quickly without walls."""
+"""Up to this number of agents, the exact search finds its first plans quickly without walls; in
+motion up to one less."""
+
+FIRST_SWEEPS = 2
+"""Sweeps of best responses that make the first plans of the exact search."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -89,15 +98,21 @@ def potential_equilibrium(
     """Find the Nash equilibrium that minimises the potential, certified by best responses.
 
     ``regret`` bounds what each agent could gain by a deviation.  At a limit, or with more than five
-    agents, the potential may be above its minimum; ``regret`` still holds for the plans returned.
-    Parameters as for :func:`social_optimum`.
+    agents, the potential may be above its minimum; ``regret`` still holds for the plans returned:
+    an agent gains at most (1 - lam_i) times the gap of the potential.  The certificate takes its
+    share of the time.  Parameters as for :func:`social_optimum`.
     """
-    rule, budget = make_rule(game, "selfish"), Budget(time_limit, node_limit)
-    solution = _minimise_potential(rule, "potential", "potential", solver, budget, seed, progress)
+    rule, budget = make_rule(game, "selfish"), Budget(time_limit)
+    share = None if time_limit is None else time_limit * (1 - CERTIFICATE_SHARE)
+    search = Budget(share, node_limit)
+    solution = _minimise_potential(rule, "potential", "potential", solver, search, seed, progress)
     if solution.profile is None:
-        return solution
-    proof = certify(game, solution.profile, solver=solver, time_limit=budget.left)
-    return replace(solution, regret=proof.regret, seconds=budget.spent)
+        return replace(solution, seconds=budget.spent)
+    regret = certify(game, solution.profile, solver=solver, time_limit=budget.left).regret
+    if solution.status is not Status.OPTIMAL:
+        care = np.array([1 - agent.lam for agent in game.agents])
+        regret = np.minimum(regret, care * max(solution.value - solution.bound, 0.0))
+    return replace(solution, regret=regret, seconds=budget.spent)
 
 
 def _minimise_potential(
@@ -136,12 +151,19 @@ def _minimise_potential(
 
 
 def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
-    """Return plans by best responses, where the exact search may take long to find some."""
+    """Return plans by best responses, where the exact search may take long to find some.
+
+    If none of the agents finds room among the others in a few sweeps, there are none.
+    """
     game, size = rule.game, len(rule.game.agents)
-    walled = game.collisions == "swept" and any(has_walls(game, i) for i in range(size))
-    if size <= MOST_DIRECT and not (walled and size > 1):
+    walled = any(has_walls(game, i) for i in range(size))
+    moves = game.collisions == "swept" or game.on_goal == "stay"
+    if size < 2 or (size <= MOST_DIRECT and not walled and not (moves and size == MOST_DIRECT)):
         return None
-    return run_dynamics(rule, ENGINE, Budget(budget.left), max_sweeps=2, jointly=False).profile
+    child = budget.child(None)
+    profile = run_dynamics(rule, ENGINE, child, max_sweeps=FIRST_SWEEPS, jointly=False).profile
+    budget.charge(child)
+    return profile
 
 
 def _approximate(
