@@ -50,8 +50,8 @@ def draw_games(
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
-        "Equilibria under liability rules, relative to the cheapest plans known: sum of shifted "
-        f"costs, and Pr(any {event})",
+        "Equilibria under liability rules, relative to the cheapest plans known:\n"
+        f"sum of shifted costs, and Pr(any {event})",
         fontsize=9,
     )
     return figure

@@ -61,7 +61,7 @@ def draw_speed(families: Families, speed: str, event: str) -> Figure:
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
         f"Equilibrium over optimum, speed set {speed}: sum of shifted costs, and "
-        f"Pr(any {event}) with 95 % limits (pale: not significant)",
+        f"Pr(any {event})\nwith 95 % limits (pale: not significant)",
         fontsize=10,
     )
     return figure
