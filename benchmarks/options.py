@@ -40,6 +40,14 @@ WorkersOption = Annotated[
 JobsOption = Annotated[
     int, typer.Option("--jobs", min=1, help="Processes; results do not depend on them.")
 ]
+CollisionsOption = Annotated[
+    str,
+    typer.Option(
+        "--collisions",
+        metavar="instants|swept",
+        help="Whether bodies keep apart at the time steps (the paper) or between them too.",
+    ),
+]
 ArenaOption = Annotated[
     str | None,
     typer.Option(
@@ -203,10 +211,15 @@ def numbers(name: str, text: str | None) -> float | list[float] | None:
     """Return the number in ``text``, or the list of its comma-separated numbers."""
     if text is None:
         return None
+    listed = number_list(name, text)
+    return listed[0] if len(listed) == 1 else listed
+
+
+def number_list(name: str, text: str) -> list[float]:
+    """Return the comma-separated numbers in ``text``, the value of the option ``name``."""
     try:
-        values = [float(part) for part in text.split(",")]
+        return [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
             f"--{name}", f"is {text!r}", "write a number, or one per agent as in 0.2,0.8"
         ) from None
-    return values[0] if len(values) == 1 else values

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmarks.options import JobsOption, JsonOption, SeedOption, with_group
+from benchmarks.options import (
+    CollisionsOption,
+    JobsOption,
+    JsonOption,
+    SeedOption,
+    number_list,
+    with_group,
+)
 from benchmarks.terminal import NO_SOLUTION, bar, print_json, print_table
 
 if TYPE_CHECKING:
@@ -18,7 +25,7 @@ if TYPE_CHECKING:
 NOTE = (
     "Cases: settings (speed set, margin cap M'), scenarios, gains K, equilibria by start and order "
     "of best response or by potential, and low and high lam, as far as a claim speaks of them. "
-    "Definitions and every case are in the report."
+    "A crash is an {event}. Definitions and every case are in the report."
 )
 
 
@@ -39,17 +46,10 @@ class Range:
         str | None, typer.Option(help="Values of lam (default: ten from 0.05 to 0.9).")
     ] = None
     episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes of each cell.")] = 100_000
-    collisions: Annotated[
-        str,
-        typer.Option(
-            metavar="instants|swept",
-            help="Whether bodies keep apart at the time steps (the paper) or between them too.",
-        ),
-    ] = "instants"
+    collisions: CollisionsOption = "instants"
 
     def extent(self, seed: int) -> Extent:
         """Return the extent, with the paper's values where nothing was given."""
-        from benchmarks.options import numbers
         from benchmarks.reproduction.extent import (
             LAMS,
             SCENARIOS,
@@ -58,11 +58,10 @@ class Range:
             read_settings,
         )
 
-        lams = numbers("lams", self.lams)
         return Extent(
             settings=SETTINGS if self.settings is None else read_settings(self.settings),
             scenarios=SCENARIOS if self.scenarios is None else tuple(self.scenarios.split(",")),
-            lams=LAMS if lams is None else tuple(lams) if isinstance(lams, list) else (lams,),
+            lams=LAMS if self.lams is None else tuple(number_list("lams", self.lams)),
             episodes=self.episodes,
             seed=seed,
             collisions=self.collisions,
@@ -137,7 +136,8 @@ def _write(reproduction: Reproduction, page: str | None, figures: str | None) ->
     if figures is not None:
         for (setting, gain), panels in reproduction.sheets.items():
             name = f"{setting.speed}-{setting.margin_cap:g}-K{gain:g}"
-            write_figure(draw(panels), f"{figures}-{name}.png")
+            figure = draw(panels, reproduction.extent.crash_event)
+            write_figure(figure, f"{figures}-{name}.png")
 
 
 def _print(reproduction: Reproduction) -> None:
@@ -149,7 +149,8 @@ def _print(reproduction: Reproduction) -> None:
         )
         for finding in reproduction.findings
     ]
-    print_table("The paper's claims", ("claim", "verdict", "cases"), rows, NOTE, texts=2)
+    note = NOTE.format(event=reproduction.extent.crash_event)
+    print_table("The paper's claims", ("claim", "verdict", "cases"), rows, note, texts=2)
 
 
 def _report_failures(reproduction: Reproduction) -> None:

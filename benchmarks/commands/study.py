@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import JobsOption, JsonOption, SeedOption, with_group
+from benchmarks.options import (
+    CollisionsOption,
+    JobsOption,
+    JsonOption,
+    SeedOption,
+    number_list,
+    with_group,
+)
 from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
 if TYPE_CHECKING:
@@ -60,13 +67,7 @@ class Range:
         int | None,
         typer.Option(min=10, help="Episodes of each player in each cell (default: the study's)."),
     ] = None
-    collisions: Annotated[
-        str,
-        typer.Option(
-            metavar="instants|swept",
-            help="Whether bodies keep apart at the time steps (the paper) or between them too.",
-        ),
-    ] = "instants"
+    collisions: CollisionsOption = "instants"
 
 
 @with_group("paths", Paths)
@@ -104,15 +105,13 @@ def study(
 
 def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
     """Narrow the whole study to what was chosen."""
-    from benchmarks.options import numbers
     from benchmarks.studies.study import SPEEDS
 
-    lam = numbers("lams", chosen.lams)
     return replace(
         whole,
         scenarios=_names("--scenarios", chosen.scenarios, whole.scenarios) or whole.scenarios,
         speeds=_names("--speeds", chosen.speeds, SPEEDS) or whole.speeds,
-        lams=whole.lams if lam is None else tuple(lam) if isinstance(lam, list) else (lam,),
+        lams=whole.lams if chosen.lams is None else tuple(number_list("lams", chosen.lams)),
         episodes=chosen.episodes or whole.episodes,
         seed=seed,
         collisions=chosen.collisions,

@@ -149,7 +149,7 @@
     const regret = plan.regret.length ? plan.regret : names.map(() => null);
     line(body, "regret (bound)", "regret", [...each(regret, scientific), ["", null]]);
     const span = names.length + 1;
-    line(body, "Pr(any agent crashes)", "crash", [[crashes(plan.crash), plan.crash]], span);
+    line(body, `Pr(any ${data.event})`, "crash", [[crashes(plan.crash), plan.crash]], span);
     line(body, "union bound", "risk-bound",
       [[scientific(plan.riskBound[0]), plan.riskBound[0]]], span);
     table.replaceChildren(head, body);

@@ -42,6 +42,7 @@ def explorer_data(reproduction: Reproduction) -> dict[str, Any]:
         "lams": list(reproduction.extent.lams),
         "equilibria": EQUILIBRIA,
         "social": SOCIAL,
+        "event": reproduction.extent.crash_event,
         "start": _start(reproduction.panels.values()),
         "panels": [_panel(panel) for panel in reproduction.panels.values()],
     }

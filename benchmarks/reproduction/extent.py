@@ -16,6 +16,7 @@ from itertools import product
 
 from benchmarks.sweeps import Cell
 from ppg_env.errors import InputError, require
+from ppg_env.game.between_steps import OVERLAP_TIMES
 from ppg_env.scenarios.make import make_game
 
 FIRST_TWO = ("opposing", "head_on", "parallel")
@@ -111,6 +112,11 @@ class Extent:
     def size(self) -> int:
         """Number of cells."""
         return len(self.places()) * len(SOLUTIONS) * len(self.lams)
+
+    @property
+    def crash_event(self) -> str:
+        """What a crash is, in words."""
+        return f"overlap {OVERLAP_TIMES[self.collisions]}"
 
     def places(self) -> list[Place]:
         """Return the places of all panels, those of a setting together."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from benchmarks.studies.markdown import markdown_table
 from ppg_env.errors import require
+from ppg_env.game.between_steps import OVERLAP_TIMES
 
 
 def claims_markdown(path: Path) -> str:
@@ -26,7 +27,7 @@ def claims_markdown(path: Path) -> str:
         for claim in claims
     ]
     table = markdown_table(("claim", "what the paper says", "where", "verdict", "cases"), lines)
-    extent = _extent(stored)
+    extent = f"{_extent(stored)} A crash is an overlap {OVERLAP_TIMES[_rule(stored)]}."
     holds = "\n".join(f"- *{claim['key']}*: {claim['definition']}." for claim in claims)
     return f"{table}\n\n{extent}\n\nIn a case, a claim holds if\n\n{holds}\n"
 
@@ -54,12 +55,13 @@ def compared_markdown(first: Path, second: Path) -> str:
         lines.append(
             (f"**{before['key']}**", _brief(before), _brief(after), str(gained), str(lost))
         )
-    names = [stored.get("collisions", "instants") for stored in (one, two)]
-    heads = ("claim", *names, "newly holds", "no longer holds")
+    rules = [_rule(stored) for stored in (one, two)]
+    heads = ("claim", *rules, "newly holds", "no longer holds")
+    crashes = ", ".join(f"{OVERLAP_TIMES[rule]} ({rule})" for rule in rules)
     said = ", ".join(changed) if changed else "none"
     return (
         f"{markdown_table(heads, lines, texts=3)}\n\nClaims with another verdict: {said}.\n\n"
-        f"{_extent(one)}\n"
+        f"{_extent(one)} A crash is an overlap {crashes}.\n"
     )
 
 
@@ -79,6 +81,10 @@ def _brief(claim: Mapping[str, Any]) -> str:
 def _stored(path: Path) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
+
+
+def _rule(stored: Mapping[str, Any]) -> str:
+    return str(stored.get("collisions", "instants"))
 
 
 def _extent(stored: Mapping[str, Any]) -> str:

@@ -35,6 +35,7 @@ def page(reproduction: Reproduction) -> str:
     return Template(_part("page.html")).substitute(
         style=_part("page.css"),
         script=_part("explorer.js"),
+        event=reproduction.extent.crash_event,
         data=embedded(to_json(explorer_data(reproduction))),
         claims=sections.claims(reproduction),
         figures=sections.figures(reproduction),

@@ -39,12 +39,15 @@ COLUMNS = {
     "objective": "(a) objective, shifted\n(steps)",
     "time": "(b) time to goal\n(steps)",
     "safety": "(c) safety lost, $\\Sigma\\,(M' - s)$\n(units of $\\sqrt{2}\\,\\sigma$)",
-    "crash": "(d) Pr(any agent crashes)\nper episode",
+    "crash": "(d) Pr(any {event})\nper episode",
 }
 
 
-def draw(panels: Sequence[Panel]) -> Figure:
-    """Draw the panels of one setting and gain, a row each; lower is better in all of them."""
+def draw(panels: Sequence[Panel], event: str) -> Figure:
+    """Draw the panels of one setting and gain, a row each; lower is better in all of them.
+
+    ``event`` says what a crash is.
+    """
     height = TOP + 1.75 * len(panels) + BOTTOM
     figure = new_figure(WIDTH, height)
     figure.set_layout_engine("none")  # fitting a layout takes longer than drawing
@@ -70,7 +73,7 @@ def draw(panels: Sequence[Panel]) -> Figure:
             axes.tick_params(which="both", labelsize=8)
         line[0].set_ylabel(panel.place.scenario, fontsize=10)
     for axes, title in zip(grid[0], COLUMNS.values(), strict=True):
-        axes.set_title(title, fontsize=9)
+        axes.set_title(title.replace("{event}", event), fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("λ (weight of time)", fontsize=8)
     handles, labels = grid[0][-1].get_legend_handles_labels()

@@ -87,17 +87,18 @@ def _badge(word: str) -> str:
 
 def figures(reproduction: Reproduction) -> str:
     """Return one figure per setting and gain."""
-    return "\n".join(_figure(sheet, panels) for sheet, panels in reproduction.sheets.items())
+    event = reproduction.extent.crash_event
+    return "\n".join(_figure(sheet, own, event) for sheet, own in reproduction.sheets.items())
 
 
-def _figure(sheet: Sheet, panels: Sequence[Panel]) -> str:
+def _figure(sheet: Sheet, panels: Sequence[Panel], event: str) -> str:
     scenarios = ", ".join(panel.place.scenario for panel in panels)
     text = (
         "Objective, time to goal, safety lost and crash probability over lam, at equilibria and at "
-        f"the social optimum, for {_name(sheet)}. A row of panels per scenario: {scenarios}. "
-        "The numbers are in the tables below."
+        f"the social optimum, for {_name(sheet)}. A crash is an {event}. A row of panels per "
+        f"scenario: {scenarios}. The numbers are in the tables below."
     )
-    image = b64encode(svg(draw(panels))).decode("ascii")
+    image = b64encode(svg(draw(panels, event))).decode("ascii")
     return (
         f'<figure id="{_anchor(sheet)}"><figcaption>{escape(_name(sheet))}</figcaption>'
         + _scroller(
@@ -114,7 +115,7 @@ def numbers(reproduction: Reproduction) -> str:
 
 
 COLUMNS = (
-    "lam", "solution", "status", "objective", "time", "safety lost", "Pr(any agent crashes)",
+    "lam", "solution", "status", "objective", "time", "safety lost", "crash probability",
     "union bound", "regret",
 )  # fmt: skip
 

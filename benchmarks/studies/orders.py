@@ -1,13 +1,13 @@
 r"""The order of the plans for one game by a score, compared with that by crash probability.
 
-    tau      Kendall's tau-b of a score and the probability that any agent crashes, over distinct
-             plans
+    tau      Kendall's tau-b of a score and the probability of any crash, over distinct plans
     pairs    pairs of plans that differ significantly: their 95 % limits of the crash probability
              are disjoint, where limits below 1e-4 count as 1e-4
-    right, tied, wrong   pairs of which the score prefers the safer plan, neither, or the riskier
+    right, tied, wrong   pairs of which the score prefers the plan that crashes less often, neither,
+             or the other
 
-A plan is a row with its ``scores`` (lower means safer), the smallest ``margins`` at each time, and
-``plan``, a fingerprint.
+A plan is a row with its ``scores`` (lower ones should crash less often), the smallest ``margins``
+at each time, and ``plan``, a fingerprint.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@ r"""Ratios of cost and risk between an equilibrium and the social optimum of the
 
     cost ratio   sum of shifted costs of the equilibrium over that of the optimum; finite, since
                  shifted costs are positive where lam > 0, and >= 1 where the optimum is proved
-    risk ratio   Pr(any agent crashes) of the equilibrium over that of the optimum
+    risk ratio   Pr(any agent crashes) of the equilibrium over that of the optimum; a crash is an
+                 overlap at the time steps, or during the steps where the game says so
     bound ratio  the same ratio of the union bounds
 
 With the 95 % limits [l, h] of the two probabilities the risk ratio is within
@@ -17,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from benchmarks import sweeps
-from benchmarks.studies.results import FREE, NEGLIGIBLE, StudyRow, limits
+from benchmarks.studies.results import FREE, NEGLIGIBLE, StudyRow, crash_event, limits
 
 EQUILIBRIA = ("nash", "potential")
 OPTIMUM = "social"
@@ -138,10 +139,14 @@ SUMMARY = tuple(
 )
 """Heads of the columns of :func:`summary`."""
 
-NOTE = (
-    "Cost ratio: range. Riskier/safer: games in which the equilibrium is significantly riskier, or "
-    "safer. Most: the risk ratio with the largest lower limit, if that is above one."
-)
+
+def summary_note(rows: Iterable[StudyRow]) -> str:
+    """Return the note below a table of summaries."""
+    return (
+        f"Cost ratio: range. Riskier/safer: games in which any {crash_event(rows)} is "
+        "significantly more, or less, probable at the equilibrium. Most: the risk ratio with the "
+        "largest lower limit, if that is above one."
+    )
 
 
 def summary(chosen: Mapping[str, Sequence[Price]]) -> tuple[str, ...]:

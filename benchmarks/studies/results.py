@@ -12,6 +12,7 @@ from benchmarks import sweeps
 from benchmarks.sweeps.workers import Died, each_done
 from ppg_env.errors import InputError
 from ppg_env.formats.plan_file import to_json
+from ppg_env.game.between_steps import OVERLAP_TIMES
 from ppg_env.support.atomic_write import write_atomically
 
 FORMAT = "path-planning-games/results"
@@ -55,6 +56,15 @@ def limits(row: StudyRow) -> tuple[float, float]:
     """Return the 95 % limits of a row's crash probability, at least :data:`NEGLIGIBLE`."""
     low, high = row["crash_probability_low"], row["crash_probability_high"]
     return max(low, NEGLIGIBLE), max(high, NEGLIGIBLE)
+
+
+def crash_event(rows: Iterable[StudyRow]) -> str:
+    """Return what a crash is in the games of ``rows``, in words.
+
+    Rows without a rule of collisions are of the paper's rule.
+    """
+    rules = {row.get("collisions", "instants") for row in rows if "reason" not in row}
+    return f"overlap {' or '.join(OVERLAP_TIMES[rule] for rule in sorted(rules) or ['instants'])}"
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
@@ -158,10 +168,14 @@ def digested(
 
 
 def _kept(row: sweeps.Row, digest: Callable[[sweeps.Row], StudyRow]) -> StudyRow:
-    """Return the digest without missing values, in :data:`DIGITS` digits, as after storing it."""
+    """Return the digest and the rule of collisions, without missing values, as after storing it.
+
+    Numbers have :data:`DIGITS` digits.
+    """
     if row.failed:
         return {"scenario": row.scenario, "player": row.player, "reason": row.reason}
-    values = {name: value for name, value in digest(row).items() if value is not None}
+    kept = {"collisions": row.collisions, **digest(row)}
+    values = {name: value for name, value in kept.items() if value is not None}
     return json.loads(json.dumps(values), parse_float=_shortened)
 
 

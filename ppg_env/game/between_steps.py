@@ -25,6 +25,9 @@ from ppg_env.game.game import Game
 from ppg_env.game.margins import end_of_traffic, mean_displacements
 from ppg_env.game.plan import Profile
 
+OVERLAP_TIMES = {"instants": "at the time steps", "swept": "during the steps"}
+"""The times at which an overlap is a crash, by the rule of collisions, in words."""
+
 
 @dataclass(frozen=True)
 class StepOverlap:
@@ -133,7 +136,7 @@ def deepest_point(first: np.ndarray, last: np.ndarray) -> tuple[float, float]:
 
 def overlap_times(game: Game) -> str:
     """Return the times at which an overlap is a crash, in words."""
-    return "at the time steps" if game.collisions == "instants" else "during the steps"
+    return OVERLAP_TIMES[game.collisions]
 
 
 def _parties(game: Game, encounter: Encounter) -> tuple[str, str]:

@@ -23,8 +23,11 @@ AREA = 400.0
 """Area of a mark for all runs, in square points."""
 
 
-def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
-    """Draw every equilibrium as a mark whose area is its share of the runs."""
+def draw_atlas(games: Sequence[GameEquilibria], event: str) -> Figure:
+    """Draw every equilibrium as a mark whose area is its share of the runs.
+
+    ``event`` says what a crash is.
+    """
     lines = -(-len(games) // WIDE)
     figure = new_figure(3.6 * min(len(games), WIDE), 0.8 + 3.3 * lines)
     grid: Any = figure.subplots(lines, min(len(games), WIDE), squeeze=False)
@@ -54,7 +57,7 @@ def draw_atlas(games: Sequence[GameEquilibria]) -> Figure:
         axes.set_ylim(low / 4, high * 4)  # at least a decade, with room for the names
         axes.set_title(game.name, fontsize=9)
         axes.set_xlabel("social cost (sum of shifted costs)", fontsize=8)
-        axes.set_ylabel("Pr(any agent crashes)", fontsize=8)
+        axes.set_ylabel(f"Pr(any {event})", fontsize=8)
         axes.tick_params(labelsize=7, which="both")
         axes.grid(alpha=0.3)
         if max(map(len, (kind.name for kind in common[:NAMED])), default=0) < 40:

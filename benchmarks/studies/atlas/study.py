@@ -15,7 +15,7 @@ from benchmarks.studies.atlas.data import (
 )
 from benchmarks.studies.atlas.figure import draw_atlas
 from benchmarks.studies.prices import missing
-from benchmarks.studies.results import StudyRow, chance, limits
+from benchmarks.studies.results import StudyRow, chance, crash_event, limits
 from benchmarks.studies.study import PAPER, Choice, Study, Table
 from solvers.equilibrium.start_profile import STARTS
 
@@ -33,12 +33,16 @@ HEADS = (
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     """Yield a table of the kinds of equilibrium of every game."""
+    note = (
+        "Equilibria: number of distinct costs of a kind; ranges are over these. Crash: any "
+        f"{crash_event(rows)}."
+    )
     for game in games(rows):
         yield Table(
             f"{game.name}: {len(game.runs)} runs",
             HEADS,
             [_line(game, kind) for kind in game.kinds],
-            "Equilibria: number of distinct costs of a kind; ranges are over these.",
+            note,
         )
 
 
@@ -99,7 +103,7 @@ def _risks(equilibria: Sequence[StudyRow]) -> str:
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw a panel for each game."""
-    return {"": draw_atlas(games(rows))}
+    return {"": draw_atlas(games(rows), crash_event(rows))}
 
 
 STUDY = Study("atlas", QUESTION, CHOICE, cells, tables, words, draw, digest=digest)

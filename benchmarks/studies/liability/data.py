@@ -7,7 +7,7 @@ optimum, or the plans of ``social`` where it is not proved.  (With four or five 
 search takes too long here, and the cheapest equilibrium is used instead.)
 
     cost gap     sum of shifted costs over that of the cheapest plans, less one
-    risk ratio   Pr(any agent crashes) over theirs, as in :mod:`benchmarks.studies.prices`;
+    risk ratio   Pr(any crash) over theirs, as in :mod:`benchmarks.studies.prices`;
                  significant if the 95 % limits are disjoint
 
 Agents are alike, all with the same lam, or (up to four) unlike: lam is spread evenly from

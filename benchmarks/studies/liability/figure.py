@@ -21,9 +21,12 @@ TICKS = [rule.replace(":", "\n").replace("right-of-", "right-of-\n") for rule in
 
 
 def draw_games(
-    societies: Sequence[tuple[tuple[str, str, float], Sequence[GameUnderRules]]],
+    societies: Sequence[tuple[tuple[str, str, float], Sequence[GameUnderRules]]], event: str
 ) -> Figure:
-    """Draw a row of panels of cost gaps and one of risk ratios; a column for each society."""
+    """Draw a row of panels of cost gaps and one of risk ratios; a column for each society.
+
+    ``event`` says what a crash is.
+    """
     figure = new_figure(1.2 + 3.3 * len(societies), 6.0)
     grid: Any = figure.subplots(2, len(societies), sharex=True, sharey="row", squeeze=False)
     for column, ((_, kind, lam), games) in enumerate(societies):
@@ -47,8 +50,8 @@ def draw_games(
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
-        "Equilibria under liability rules, relative to the cheapest plans known: sum of shifted "
-        "costs, and Pr(any agent crashes)",
+        "Equilibria under liability rules, relative to the cheapest plans known:\n"
+        f"sum of shifted costs, and Pr(any {event})",
         fontsize=9,
     )
     return figure

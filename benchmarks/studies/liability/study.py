@@ -19,7 +19,7 @@ from benchmarks.studies.liability.data import (
 )
 from benchmarks.studies.liability.figure import draw_games
 from benchmarks.studies.prices import missing
-from benchmarks.studies.results import StudyRow, grouped
+from benchmarks.studies.results import StudyRow, crash_event, grouped
 from benchmarks.studies.study import PAPER, Choice, Study, Table
 
 if TYPE_CHECKING:
@@ -50,7 +50,8 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
             f"Risk ratio, {where}",
             HEADS,
             [(*_named(game), *(_risk(game, rule) for rule in RULES)) for game in compared],
-            "Of the riskier order. In brackets: not significant.",
+            f"Risk: Pr(any {crash_event(rows)}), of the riskier order. In brackets: not "
+            "significant.",
         )
 
 
@@ -114,9 +115,10 @@ def _shares(compared: Sequence[GameUnderRules]) -> Iterator[str]:
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw cost gaps above and risk ratios below, with a column for each society."""
-    by_speed = grouped(games(rows).items(), lambda item: item[0][0])
+    by_speed, event = grouped(games(rows).items(), lambda item: item[0][0]), crash_event(rows)
     return {
-        speed if len(by_speed) > 1 else "": draw_games(some) for speed, some in by_speed.items()
+        speed if len(by_speed) > 1 else "": draw_games(some, event)
+        for speed, some in by_speed.items()
     }
 
 

@@ -28,8 +28,11 @@ SHIFT = 0.008
 """Shift of neighbouring marks along lam, so that they do not hide each other."""
 
 
-def draw_speed(families: Families, speed: str) -> Figure:
-    """Draw a row of panels for each scenario: cost and risk ratio, for both objectives."""
+def draw_speed(families: Families, speed: str, event: str) -> Figure:
+    """Draw a row of panels for each scenario: cost and risk ratio, for both objectives.
+
+    ``event`` says what a crash is.
+    """
     keys = [key for key in families[EQUILIBRIA[0]] if key[0] == speed]
     scenarios = list(dict.fromkeys(key[1] for key in keys))
     objectives = list(dict.fromkeys(key[2] for key in keys))
@@ -58,7 +61,7 @@ def draw_speed(families: Families, speed: str) -> Figure:
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8)
     figure.suptitle(
         f"Equilibrium over optimum, speed set {speed}: sum of shifted costs, and "
-        "Pr(any agent crashes) with 95 % limits (pale: not significant)",
+        f"Pr(any {event})\nwith 95 % limits (pale: not significant)",
         fontsize=10,
     )
     return figure

@@ -11,7 +11,6 @@ from benchmarks.studies.price.data import AXES, cells, family
 from benchmarks.studies.price.figure import draw_speed
 from benchmarks.studies.prices import (
     EQUILIBRIA,
-    NOTE,
     SUMMARY,
     Price,
     digest,
@@ -20,9 +19,10 @@ from benchmarks.studies.prices import (
     riskiest,
     sides,
     summary,
+    summary_note,
     verdict,
 )
-from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, grouped
+from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, crash_event, grouped
 from benchmarks.studies.study import PAPER, Choice, Study, Table
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
             for key in keys
         ]
         title = f"Speed set {speed}, games over {games} values of lam"
-        yield Table(title, FAMILIES, lines, NOTE, texts=2)
+        yield Table(title, FAMILIES, lines, summary_note(rows), texts=2)
     lines = [
         _line(name, price) for name in EQUILIBRIA for price in compared[name] if price.significant
     ]
@@ -61,9 +61,9 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
         "All games whose risks differ significantly",
         SIGNIFICANT,
         lines,
-        "Crash: Pr(any agent crashes); in risk ratios, values below "
-        f"{NEGLIGIBLE:g} count as {NEGLIGIBLE:g}. At least: lower limit of the risk ratio. Bound "
-        "ratio: of the union bounds.",
+        f"Crash: Pr(any {crash_event(rows)}); in risk ratios, values below {NEGLIGIBLE:g} count "
+        f"as {NEGLIGIBLE:g}. At least: lower limit of the risk ratio. Bound ratio: of the union "
+        "bounds.",
         texts=4,
     )
 
@@ -133,7 +133,7 @@ def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw a figure for each speed set."""
     families = {name: grouped(prices(rows, name, AXES), family) for name in EQUILIBRIA}
     speeds = dict.fromkeys(key[0] for key in families["nash"])
-    return {speed: draw_speed(families, speed) for speed in speeds}
+    return {speed: draw_speed(families, speed, crash_event(rows)) for speed in speeds}
 
 
 STUDY = Study(

@@ -19,8 +19,13 @@ MARKERS = "osD"
 DASHES = dict(zip(PLAYERS, ("-", "--"), strict=True))
 
 
-def draw_growth(families: Mapping[str, Sequence[tuple[StudyRow, StudyRow | None]]]) -> Figure:
-    """Draw families that grow in N on the left, the one whose horizon grows on the right."""
+def draw_growth(
+    families: Mapping[str, Sequence[tuple[StudyRow, StudyRow | None]]], event: str
+) -> Figure:
+    """Draw families that grow in N on the left, the one whose horizon grows on the right.
+
+    ``event`` says what a crash is.
+    """
     wide = [("agents N", [f for f in families if f != LONG]), ("horizon (steps)", [LONG])]
     shown = [(what, names) for what, names in wide if any(name in families for name in names)]
     figure = new_figure(1.5 + 3.6 * len(shown), 8.6)
@@ -44,7 +49,9 @@ def draw_growth(families: Mapping[str, Sequence[tuple[StudyRow, StudyRow | None]
     for line, name in zip(grid, heads, strict=True):
         line[0].set_ylabel(name, fontsize=8)
     figure.suptitle(
-        "Planners and the price of selfishness, nash over social; bars: 95 % limits", fontsize=9
+        "Planners and the price of selfishness, nash over social\n"
+        f"(risk: any {event}, with 95 % limits)",
+        fontsize=9,
     )
     return figure
 

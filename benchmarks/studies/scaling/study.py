@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from benchmarks.studies.prices import Price, missing, prices
-from benchmarks.studies.results import StudyRow, chance
+from benchmarks.studies.results import StudyRow, chance, crash_event
 from benchmarks.studies.scaling.data import (
     AXES,
     LIMIT,
@@ -42,7 +42,8 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
             f"{family}, growing in {'its horizon' if family == LONG else 'agents'}",
             HEADS,
             [_line(nash, social) for nash, social in pairs],
-            f"Seconds on {'; '.join(machines)}. Risk ratio in brackets: not significant.",
+            f"Seconds on {'; '.join(machines)}. Crash, risk: any {crash_event(rows)}; risk ratio "
+            "in brackets: not significant.",
             texts=0,
         )
 
@@ -104,7 +105,7 @@ def words(rows: Sequence[StudyRow]) -> Iterator[str]:
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw seconds, gap, cost ratio and risk ratio over the size of the games."""
-    return {"": draw_growth(games(rows))}
+    return {"": draw_growth(games(rows), crash_event(rows))}
 
 
 STUDY = Study("scaling", QUESTION, CHOICE, cells, tables, words, draw, digest=digest)

@@ -21,8 +21,11 @@ WIDTH = 0.6
 """Width of the marks of one level, relative to the distance between two levels."""
 
 
-def draw_levels(prices: Mapping[str, Mapping[str, Sequence[Price]]]) -> Figure:
-    """Draw a row of panels for each scenario, from prices by equilibrium and level."""
+def draw_levels(prices: Mapping[str, Mapping[str, Sequence[Price]]], event: str) -> Figure:
+    """Draw a row of panels for each scenario, from prices by equilibrium and level.
+
+    ``event`` says what a crash is.
+    """
     every = [price for some in prices.values() for chosen in some.values() for price in chosen]
     levels = list(prices[EQUILIBRIA[0]])
     scenarios = list(dict.fromkeys(price.selfish["scenario"] for price in every))
@@ -56,8 +59,8 @@ def draw_levels(prices: Mapping[str, Mapping[str, Sequence[Price]]]) -> Figure:
     handles = dict(zip(*reversed(grid[0][0].get_legend_handles_labels()), strict=True))
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(
-        "Equilibrium over optimum: sum of shifted costs, and Pr(any agent crashes) with 95 % "
-        "limits\n(pale: not significant)",
+        f"Equilibrium over optimum: sum of shifted costs, and Pr(any {event})\n"
+        "with 95 % limits (pale: not significant)",
         fontsize=10,
     )
     return figure

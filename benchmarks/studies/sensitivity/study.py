@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from benchmarks.studies.prices import (
     EQUILIBRIA,
-    NOTE,
     SAME,
     SUMMARY,
     Price,
@@ -16,8 +15,9 @@ from benchmarks.studies.prices import (
     missing,
     sides,
     summary,
+    summary_note,
 )
-from benchmarks.studies.results import StudyRow
+from benchmarks.studies.results import StudyRow, crash_event
 from benchmarks.studies.sensitivity.data import AXES, by_level, cells
 from benchmarks.studies.sensitivity.figure import draw_levels
 from benchmarks.studies.study import PAPER, Choice, Study, Table
@@ -44,8 +44,9 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
         count = len({price.selfish["scenario"] for some in here.values() for price in some})
         whole.append((level, f"all {count}", *summary(here)))
         each += [(level, name, *summary(_of(name, here))) for name in scenarios]
-    yield Table("Levels of each factor", COLUMNS, whole, NOTE, texts=2)
-    yield Table("Levels of each factor, by scenario", COLUMNS, each, NOTE, texts=2)
+    note = summary_note(rows)
+    yield Table("Levels of each factor", COLUMNS, whole, note, texts=2)
+    yield Table("Levels of each factor, by scenario", COLUMNS, each, note, texts=2)
 
 
 def _of(scenario: str, chosen: Mapping[str, list[Price]]) -> dict[str, list[Price]]:
@@ -90,7 +91,8 @@ PHRASES: dict[str, Callable[[Sequence[Price]], str]] = {
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw cost and risk ratios at every level."""
-    return {"": draw_levels({name: by_level(rows, name) for name in EQUILIBRIA})}
+    levels = {name: by_level(rows, name) for name in EQUILIBRIA}
+    return {"": draw_levels(levels, crash_event(rows))}
 
 
 STUDY = Study(

@@ -6,7 +6,7 @@ The paper maximises the sum of margins; for plans of one game this is the same a
 
 All plans for one game (a scenario, a speed set, a gain) are scored by it, at several caps M', and
 by the union bound that the objective ``risk`` minimises, the sum of g(s) over pairs and times.  The
-scores are compared with the simulated Pr(any agent crashes), see :mod:`benchmarks.studies.orders`.
+scores are compared with simulated crash probabilities, see :mod:`benchmarks.studies.orders`.
 
 Plans come from every player, objective, M' and lam, and from the straight model where it has no
 overlap.

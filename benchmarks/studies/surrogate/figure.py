@@ -26,8 +26,11 @@ STYLES = {
 }
 
 
-def draw_scores(compared: Sequence[GamePlans]) -> Figure:
-    """Draw the clearest example, and a row of panels for each game with significant pairs."""
+def draw_scores(compared: Sequence[GamePlans], event: str) -> Figure:
+    """Draw the clearest example, and a row of panels for each game with significant pairs.
+
+    ``event`` says what a crash is.
+    """
     shown = [game for game in compared if game.pairs]
     lines = 1 + len(shown)
     figure = new_figure(3.4 * len(SHOWN), 2.2 + 2.2 * lines)
@@ -43,7 +46,7 @@ def draw_scores(compared: Sequence[GamePlans]) -> Figure:
             handles |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         assert first is not None
         first.set_title(game.name, fontsize=9, loc="left", fontweight="bold")
-        first.set_ylabel("Pr(any agent crashes)", fontsize=8)
+        first.set_ylabel(f"Pr(any\n{event})", fontsize=8)
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5, fontsize=8)
     return figure
 
@@ -89,7 +92,7 @@ def _example(axes: Axes, compared: Sequence[GamePlans]) -> None:
     score, game, pair = max(wrong, key=lambda example: example[2].least)
     marks = (
         (pair.riskier, COLOURS[1], "o-", "preferred"),
-        (pair.safer, COLOURS[0], "s--", "safer"),
+        (pair.safer, COLOURS[0], "s--", "crashes less"),
     )
     for plan, colour, style, what in marks:
         value = plan["scores"][score]

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.studies.orders import ORDERS, GamePlans, PlanPair, clearest, games
 from benchmarks.studies.prices import missing
-from benchmarks.studies.results import StudyRow, chance
+from benchmarks.studies.results import StudyRow, chance, crash_event
 from benchmarks.studies.study import PAPER, Choice, Study, Table
 from benchmarks.studies.surrogate.data import CAPS, SCORES, cells, digest, plan_name
 from benchmarks.studies.surrogate.figure import draw_scores
@@ -32,8 +32,8 @@ COLUMNS = (
 )
 NOTE = (
     "By the deficit at each M', and by the union bound. Tau: Kendall's tau-b with the crash "
-    "probability. Pairs: pairs of plans whose crash probabilities differ significantly. Wrong: "
-    "pairs of which the score prefers the riskier plan."
+    "probability, of any {event}. Pairs: pairs of plans whose crash probabilities differ "
+    "significantly. Wrong: pairs of which the score prefers the riskier plan."
 )
 EXAMPLE = (
     "game", "score", "it prefers", "to", "score\nfirst", "score\nsecond", "crash\nfirst",
@@ -43,8 +43,9 @@ EXAMPLE = (
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     """Yield a table of the orders by each score, and one of the clearest errors."""
-    compared = games(rows)
-    yield Table("How each score orders plans", COLUMNS, [_line(game) for game in compared], NOTE)
+    compared, event = games(rows), crash_event(rows)
+    lines = [_line(game) for game in compared]
+    yield Table("How each score orders plans", COLUMNS, lines, NOTE.format(event=event))
     yield Table(
         "The clearest example of each game and score",
         EXAMPLE,
@@ -54,7 +55,7 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
             for score in range(len(SCORES))
             if (best := clearest([game], score)) is not None
         ],
-        "Plans are named by their player, objective, cap and lam.",
+        f"Plans are named by their player, objective, cap and lam. Crash: any {event}.",
         texts=4,
     )
 
@@ -116,7 +117,7 @@ def words(rows: Sequence[StudyRow]) -> Iterator[str]:
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw scores against crash probabilities."""
-    return {"": draw_scores(games(rows))}
+    return {"": draw_scores(games(rows), crash_event(rows))}
 
 
 STUDY = Study("surrogate", QUESTION, CHOICE, cells, tables, words, draw, digest=digest)

@@ -2,7 +2,7 @@ r"""Tightness of the bounds on the crash probability.
 
 Every cell is a plan, given by a scenario, a speed set, an objective, a gain, a lam and a player.
 The certified bounds of :mod:`ppg_env.risk.union_bounds` on its crash probability are compared with
-simulation, for the event that any agent crashes:
+simulation, for the event of any overlap at the time steps:
 
     union >= faces >= instants >= tree >= Pr(crash),     counted = hits / episodes
 

@@ -26,8 +26,11 @@ LEFT = 1e-18
 """Left end of the axis; smaller bounds are drawn there."""
 
 
-def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
-    """Draw panels by scenario and objective, with a row of markers for every plan."""
+def draw_speed(rows: Sequence[StudyRow], speed: str, event: str) -> Figure:
+    """Draw panels by scenario and objective, with a row of markers for every plan.
+
+    ``event`` says what a crash is.
+    """
     shown = [row for row in rows if "bounds" in row]
     scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
     most = max(sum(r["scenario"] == s and r["objective"] == OBJECTIVES[0] for r in shown)
@@ -42,7 +45,7 @@ def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
             _panel(axes, chosen)
             axes.set_title(f"{scenario}, objective {objective}", fontsize=9, loc="left")
     for axes in grid[-1]:
-        axes.set_xlabel("Pr(any agent crashes); at the left end: or less", fontsize=8)
+        axes.set_xlabel(f"Pr(any {event}); at the left end: or less", fontsize=8)
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(f"How tight the bounds are: speed set {speed}", fontsize=10)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.studies.results import StudyRow, by_speed, probability
+from benchmarks.studies.results import StudyRow, by_speed, crash_event, probability
 from benchmarks.studies.study import PAPER, Choice, Study, Table
 from benchmarks.studies.tightness.data import BOUNDS, CONFIDENCE, ENOUGH, NAMES, cells, run_cell
 from benchmarks.studies.tightness.figure import draw_speed
@@ -32,7 +32,7 @@ COLUMNS = (
     "paper's /\nless shared",
 )
 NOTE = (
-    "Probability that any agent crashes: certified upper bounds, and the share of {episodes:,} "
+    "Probability of any {event}: certified upper bounds, and the share of {episodes:,} "
     "episodes. Paper's bound: margins capped; best faces: the same without the cap; exact "
     "instants: sum of exact probabilities; less shared: minus the overlap of pairs of events."
 )
@@ -43,7 +43,12 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     for speed, chosen in by_speed(rows).items():
         most = max(row["episodes"] for row in chosen)
         lines = [_line(row) for row in chosen]
-        yield Table(f"speed set {speed}", COLUMNS, lines, NOTE.format(episodes=most))
+        yield Table(
+            f"speed set {speed}",
+            COLUMNS,
+            lines,
+            NOTE.format(event=crash_event(rows), episodes=most),
+        )
 
 
 def _line(row: StudyRow) -> tuple[str, ...]:
@@ -97,7 +102,10 @@ def _ratio(value: float) -> str:
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
     """Draw a figure for each speed set."""
-    return {speed: draw_speed(chosen, speed) for speed, chosen in by_speed(rows).items()}
+    return {
+        speed: draw_speed(chosen, speed, crash_event(rows))
+        for speed, chosen in by_speed(rows).items()
+    }
 
 
 STUDY = Study("tightness", QUESTION, CHOICE, cells, tables, words, draw, run=run_cell)

@@ -38,7 +38,11 @@ def test_cases_are_compared_one_by_one(tmp_path: Path) -> None:
     assert head == "| claim | instants | swept | newly holds | no longer holds |"
     assert line == "| **claim\\|a** | depends, 2/4 | depends, 3/4 | 2 | 1 |"
     assert "Claims with another verdict: none." in rest
-    assert "2 figure rows, 1 values of lam, 10 episodes of each plan, seed 0." in rest
+    extent = "2 figure rows, 1 values of lam, 10 episodes of each plan, seed 0."
+    assert (
+        f"{extent} A crash is an overlap at the time steps (instants), during the steps (swept)."
+        in rest
+    )
 
 
 def test_verdicts_that_differ_are_named(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.text import Text
 
 from benchmarks.studies.markdown import markdown_table, study_markdown
 from benchmarks.studies.registry import STUDIES, find_study
@@ -58,6 +59,21 @@ def test_a_study_of_games_whose_bodies_keep_apart_between_steps(store, whole, tm
     assert all("reason" not in row for row in swept)
     with Store(store) as base:
         assert {base.get(row["address"]).collisions for row in swept} == {"swept"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEPT)
+@pytest.mark.parametrize(
+    ("rule", "event"), [("instants", "at the time steps"), ("swept", "during the steps")]
+)
+def test_every_figure_and_some_table_say_what_a_crash_is(name, rule, event):
+    study = find_study(name)
+    rows = [
+        row | {"collisions": rule} for row in read_rows(DOCS / "studies" / f"{name}.json", name)
+    ]
+    for figure in study.draw(rows).values():
+        assert any(f"overlap {event}" in text.get_text() for text in figure.findobj(Text))
+    assert any(f"overlap {event}" in table.note for table in study.tables(rows))
 
 
 @pytest.mark.parametrize("name", [name for name in STUDIES if name not in SWEPT])

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from benchmarks import sweeps
-from benchmarks.studies.results import chance, digested, grouped, read_rows, write_rows
+from benchmarks.studies.results import chance, crash_event, digested, grouped, read_rows, write_rows
 from benchmarks.sweeps import Cell
 from ppg_env import InputError
 from tests.benchmarks.studies.conftest import crashing
@@ -80,3 +80,10 @@ def test_crashes_never_seen_are_reported_by_their_limit():
 def test_groups_are_in_the_order_in_which_they_are_met():
     assert grouped("banana", str) == {"b": ["b"], "a": ["a"] * 3, "n": ["n"] * 2}
     assert list(grouped("banana", str)) == ["b", "a", "n"]
+
+
+def test_the_rows_say_what_a_crash_is():
+    swept = {"collisions": "swept"}
+    assert crash_event([]) == crash_event([{}]) == "overlap at the time steps"
+    assert crash_event([swept, {"reason": "none"}]) == "overlap during the steps"
+    assert crash_event([swept, {}]) == "overlap at the time steps or during the steps"
