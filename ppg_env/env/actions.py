@@ -29,7 +29,7 @@ def action_boxes(game: Game) -> tuple[np.ndarray, np.ndarray]:
 
 
 class ActionReader:
-    """Turns {agent: action} into the array of one copy of ``game``; ``names`` (N,) are its agents."""
+    """Turns {agent: action} into the array of one copy of ``game``, whose agents are ``names``."""
 
     def __init__(self, game: Game, names: Sequence[str]) -> None:
         self._index = {name: i for i, name in enumerate(names)}

@@ -6,10 +6,10 @@ By default the tolerance is half of the agent's longest step, per component:
 
     tolerance_k = max_u |(B u)_k| / 2 + max_x |((A - I) x)_k| / 2
 
-over the inputs u of all its control sets, and the states x of plans that reach the goal as early
-as bounds on reachable sets allow, within the workspace.  The second term is zero for A = I.  For a
-double integrator it is the speed at which that plan passes the middle of its way, sqrt(length *
-acceleration) from rest to rest, or the speed limit of the workspace if that is lower.
+over the inputs u of all its control sets, and bounds on the states x of plans that reach the goal
+as early as possible, within the workspace.  The second term is zero for A = I.  For a double
+integrator it is the speed at which that plan passes the middle of its way, from rest to rest about
+sqrt(length * acceleration), or the speed limit of the workspace if that is lower.
 
 A component that no step changes has the widest tolerance of the others, in the units of the state
 (:mod:`ppg_env.game.units`).  The region thus scales with the game, and half a step suffices not to
@@ -28,10 +28,9 @@ from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError
 from ppg_env.game.agent import Agent
 from ppg_env.game.canonical import canonical_agent
-from ppg_env.game.dynamics import goal_selector
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
-from ppg_env.game.reachability import plan_upper, possible_arrivals
+from ppg_env.game.reachability import plan_upper, sufficient_horizon
 from ppg_env.game.step_lengths import workspace_support
 
 
@@ -96,9 +95,8 @@ def _drifts(agent: Agent, horizon: int) -> np.ndarray:
             warnings.simplefilter("ignore")  # of a spectral radius: the agent has had its warning
             agent = replace(agent, reserve=0.0)
     both = np.vstack([rows[moved], -rows[moved]])
-    possible = np.flatnonzero(possible_arrivals(agent, horizon, goal_selector(agent)))
-    arrival = int(possible[0]) if possible.size else horizon
-    most = plan_upper(agent, both, arrival).max(axis=0)
+    arrival = sufficient_horizon(agent, horizon)
+    most = plan_upper(agent, both, horizon if arrival is None else arrival).max(axis=0)
     most = np.minimum(most, [workspace_support(agent, row, horizon) for row in both])
     drifts[moved] = np.maximum(most.reshape(2, -1).max(axis=0), 0.0)
     return drifts * units

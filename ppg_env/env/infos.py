@@ -90,7 +90,7 @@ class InfoReader:
         )
 
     def _crashed_with(self) -> np.ndarray:
-        """Return (N, N + K) whether each agent overlaps each agent and obstacle in the last step."""
+        """Return (N, N + K) whether each agent overlapped each body in the last step."""
         flags = np.zeros((len(self._index), len(self._bodies)), dtype=np.bool_)
         overlap = self._simulator.last.overlap[0]
         if overlap.any():

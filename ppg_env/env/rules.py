@@ -73,6 +73,7 @@ CHOICES = {
     "saturation": ("clip", "none"),
 }
 
+
 @dataclass(frozen=True)
 class Rules:
     """The rules of play; the module's table lists the choices.
