@@ -11,7 +11,7 @@ dimensions (:func:`solvers.feedback.extent.dynamic_programming_applies`).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,9 +57,10 @@ class DeviationOptions:
         require(self.steps >= 1, "steps", f"is {self.steps}", "give a number of steps, 1 or more")
 
 
-def usual_deviations(game: Game) -> tuple[str, ...]:
-    """Return the deviations that are looked for unless told otherwise."""
-    return ("grid", "planned") if dynamic_programming_applies(game) else ("planned", "trained")
+def usual_deviations(game: Game, rules: Rules | None = None) -> tuple[str, ...]:
+    """Return the deviations that are looked for by default."""
+    grid = dynamic_programming_applies(game, rules)
+    return ("grid", "planned") if grid else ("planned", "trained")
 
 
 def check_deviation(name: str | None, place: str = "deviation") -> None:
@@ -73,7 +74,12 @@ def check_deviation(name: str | None, place: str = "deviation") -> None:
 
 
 def find_deviation(
-    name: str, game: Game, agent: int, players: Sequence[Player], options: DeviationOptions
+    name: str,
+    game: Game,
+    agent: int,
+    players: Sequence[Player],
+    options: DeviationOptions,
+    rules: Rules | None = None,
 ) -> Player | None:
     """Return a player for ``agent`` that deviates from ``players``; None if the planner has none.
 
@@ -83,20 +89,22 @@ def find_deviation(
         If ``name`` is unknown, or ``grid`` does not apply to the game.
     """
     check_deviation(name)
-    return DEVIATIONS[name](game, agent, players, options)
+    return DEVIATIONS[name](game, agent, players, options, rules or Rules())
 
 
 def _by_grid(
-    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions
+    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions, rules: Rules
 ) -> Player | None:
     """Compute the best response by dynamic programming."""
-    from solvers.feedback.best_response import best_feedback_response
+    from solvers.feedback.dynamic_programming import best_feedback_response
 
-    response = best_feedback_response(game, agent, players, time_limit=options.time_limit)
-    return response.players()[agent]
+    limit = options.time_limit
+    return best_feedback_response(game, agent, players, rules, time_limit=limit).player
 
 
-def _trained(game: Game, agent: int, players: Sequence[Player], options: DeviationOptions) -> Player:
+def _trained(
+    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions, rules: Rules
+) -> Player:
     """Train PPO for one agent against the unchanged others."""
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
     from baselines.training_loop import Args, Turn, take_turns
@@ -106,7 +114,7 @@ def _trained(game: Game, agent: int, players: Sequence[Player], options: Deviati
     own = player.policy if isinstance(player, LearnedPlayer) else None
     conditioned = own is not None and own.conditioned
     limits = (lam, lam) if conditioned else None
-    args = Args(game, "selfish", limits, options.seed, options.steps)
+    args = Args(game, "selfish", limits, options.seed, options.steps, tolerance=rules.tolerance)
     learner = make_learner(args, [agent], copies=2 * COPIES)
     learner.env.players.update({j: player for j, player in enumerate(players) if j != agent})
 
@@ -119,19 +127,21 @@ def _trained(game: Game, agent: int, players: Sequence[Player], options: Deviati
 
 
 def _planned(
-    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions
+    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions, rules: Rules
 ) -> Player | None:
     """Plan the best response to the others' mean paths, at the environment's costs."""
-    mean = _mean_behaviour(game, players, options.seed)
+    mean = _mean_behaviour(game, players, rules, options.seed)
     rule = make_rule(override_game(game, objective="risk"), "selfish")
     solution = respond(rule, agent, mean, options.solver, Budget(options.time_limit))
     return None if solution.profile is None else Tracker(game, agent, solution.profile[agent])
 
 
-def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[Plan, ...]:
+def _mean_behaviour(
+    game: Game, players: Sequence[Player], rules: Rules, seed: int
+) -> tuple[Plan, ...]:
     """Return all agents' mean paths while in traffic, as plans that end at the mean arrival."""
     # Crashed agents continue: the deviating agent needs the paths the others intended.
-    going_on = Rules(on_crash="continue")
+    going_on = replace(rules, on_crash="continue")
     states = trajectories(game, players, MEAN_EPISODES, seed, group=MEAN_GROUP, rules=going_on)
     plans = []
     for i, agent in enumerate(game.agents):
@@ -153,6 +163,6 @@ def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[P
 
 
 DEVIATIONS: dict[
-    str, Callable[[Game, int, Sequence[Player], DeviationOptions], Player | None]
+    str, Callable[[Game, int, Sequence[Player], DeviationOptions, Rules], Player | None]
 ] = {"grid": _by_grid, "planned": _planned, "trained": _trained}
 """The functions that find each deviation."""

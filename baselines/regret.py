@@ -20,6 +20,7 @@ from baselines.deviations import DeviationOptions, find_deviation, usual_deviati
 from ppg_env.env import episodes as arena
 from ppg_env.env.episodes import Episodes, mean_interval
 from ppg_env.env.players import Player
+from ppg_env.env.rules import Rules
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Interval
 
@@ -57,6 +58,7 @@ def regret_bounds(
     agents: Sequence[int] | None = None,
     episodes: int = 50_000,
     seed: int = 0,
+    rules: Rules | None = None,
     options: DeviationOptions | None = None,
 ) -> dict[int, RegretBound]:
     """Bound the regret of ``agents`` (all by default) when ``players`` play ``game``.
@@ -68,6 +70,8 @@ def regret_bounds(
         ``planned`` and ``trained``.
     episodes
         Episodes to choose a deviation, and as many to evaluate it.
+    rules
+        Of play, for all episodes.
     options
         What finding a deviation may cost; its seed is ``seed`` if None.
 
@@ -76,30 +80,37 @@ def regret_bounds(
     InputError
         If a deviation is unknown, or does not apply to the game.
     """
-    names = usual_deviations(game) if deviations is None else deviations
+    names = usual_deviations(game, rules) if deviations is None else deviations
     chosen = options or DeviationOptions(seed=seed)
-    now = [arena.evaluate(game, players, episodes, seed, group=g) for g in (SELECTION, EVALUATION)]
+
+    def play(team: Sequence[Player]) -> list[Episodes]:
+        groups = (SELECTION, EVALUATION)
+        return [arena.evaluate(game, team, episodes, seed, group=g, rules=rules) for g in groups]
+
+    now = play(players)
     bounds = {}
     for i in range(len(game.agents)) if agents is None else agents:
         gains: dict[str, list[np.ndarray]] = {}
         for name in names:
-            deviation = find_deviation(name, game, i, players, chosen)
+            deviation = find_deviation(name, game, i, players, chosen, rules)
             if deviation is None:
                 continue
             others = [deviation if j == i else player for j, player in enumerate(players)]
             gains[name] = [
-                before.cost[:, i] - arena.evaluate(game, others, episodes, seed, group=g).cost[:, i]
-                for g, before in zip((SELECTION, EVALUATION), now, strict=True)
+                before.cost[:, i] - after.cost[:, i]
+                for before, after in zip(now, play(others), strict=True)
             ]
-        bounds[i] = _bound(game, i, gains, now[EVALUATION])
+        bounds[i] = _bound(game, i, gains, now[EVALUATION], rules)
     return bounds
 
 
-def _bound(game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Episodes) -> RegretBound:
+def _bound(
+    game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Episodes, rules: Rules | None
+) -> RegretBound:
     """Choose the deviation with the largest gain in the selection group."""
     evaluated = {name: mean_interval(both[EVALUATION]) for name, both in gains.items()}
     cost = mean_interval(now.cost[:, agent])
-    most = _most(game, agent, cost)
+    most = _most(game, agent, cost, rules)
     best = max(gains, key=lambda name: float(gains[name][SELECTION].mean()), default="none")
     if best == "none" or gains[best][SELECTION].mean() <= 0:
         return RegretBound(Interval(0.0, 0.0, 0.0), most, "none", evaluated, cost)
@@ -108,10 +119,10 @@ def _bound(game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Epis
     return RegretBound(regret, most, best, evaluated, cost)
 
 
-def _most(game: Game, agent: int, cost: Interval) -> float | None:
+def _most(game: Game, agent: int, cost: Interval, rules: Rules | None) -> float | None:
     """Return the upper limit of the cost less the proved cost of the agent alone."""
     from solvers.feedback.lower_bound import solo_bound_applies, solo_lower_bound
 
-    if not solo_bound_applies(game, agent):
+    if not solo_bound_applies(game, agent, rules):
         return None
-    return max(cost.high - solo_lower_bound(game, agent), 0.0)
+    return max(cost.high - solo_lower_bound(game, agent, rules), 0.0)

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
+from benchmarks.options import (
+    GameArgument,
+    JsonOption,
+    ToleranceOption,
+    with_game_options,
+    with_planner_options,
+)
 from benchmarks.terminal import interval, no_solution, print_json, print_table, working
 from solvers.planner_options import PlannerOptions
 
@@ -40,6 +46,7 @@ def regret(
         int,
         typer.Option(min=100, help="Episodes to choose a deviation in, and to evaluate it."),
     ] = 50_000,
+    tolerance: ToleranceOption = None,
     planner: PlannerOptions,
     as_json: JsonOption = False,
     overrides: dict[str, Any],
@@ -48,6 +55,7 @@ def regret(
     from baselines.deviations import DeviationOptions, check_deviation, usual_deviations
     from baselines.regret import regret_bounds
     from benchmarks.comparison.players import chosen_player
+    from ppg_env.env.rules import Rules
     from ppg_env.scenarios.make import make_game
 
     name, _ = chosen_player(player)
@@ -69,6 +77,7 @@ def regret(
             deviations=names,
             episodes=episodes,
             seed=planner.seed,
+            rules=Rules(tolerance=tolerance),
             options=options,
         )
     if as_json:

@@ -108,9 +108,7 @@ def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
     return find_pretrained(name, game)
 
 
-def _from_file(
-    name: str, game: Game, _options: PlannerOptions
-) -> Learned | FeedbackSolution:
+def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned | FeedbackSolution:
     from baselines.policy_file import read_learned
     from solvers.feedback.feedback_file import is_feedback_file, read_feedback
 
