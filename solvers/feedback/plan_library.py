@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ppg_env.env.arrays import Tables, make_tables
-from ppg_env.env.rules import Rules
+from ppg_env.env.arrays import Tables
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.effort_laws import least_effort_laws
@@ -44,20 +43,31 @@ NODES = 64
 FAR = 6.0
 
 
-class Library(NamedTuple):
-    """What rollouts and searches read besides :class:`ppg_env.env.arrays.Tables`.
+class Motion(NamedTuple):
+    """How agents move and arrive, and what their plans may do.
 
+    A (N, n, n), B (N, n, m), effort (N,), goal (N, n), goal_size (N,), tolerance: as in
+    :class:`ppg_env.env.arrays.Tables`, and control_set (S, N), normals, offsets and first_face of
+    the control sets;
     moves (V, M, m): inputs of each control set in many directions; windows (W, 2);
     laws (V,) number of laws of a set, law_gain (V, K, m, n), law_offset (V, K, m) and law_target
     (V, K, m, n): the first input of least effort to the goal is gain x + offset + target delta,
     for a target displaced by delta;
-    deviations (L + 1, faces) of displacements along the faces, arrival_deviations (N, L + 1, n);
-    opposite (faces,): the parallel face on the other side, -1 without one; box (E,) whether the
-    collision set is a box along the axes;
+    deviations (N, L + 1, n) of the states at arrival;
     feedback (N, m, n), nominal (N, L, m), means (N, L + 1, n), end (N,): the tracked plans;
-    tail (nodes,): normal distribution function at steps of 1 / NODES from -FAR.
+    tail: see :func:`normal_table`.
     """
 
+    A: np.ndarray
+    B: np.ndarray
+    effort: np.ndarray
+    goal: np.ndarray
+    goal_size: np.ndarray
+    tolerance: float
+    control_set: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    first_face: np.ndarray
     moves: np.ndarray
     windows: np.ndarray
     laws: np.ndarray
@@ -65,9 +75,6 @@ class Library(NamedTuple):
     law_offset: np.ndarray
     law_target: np.ndarray
     deviations: np.ndarray
-    arrival_deviations: np.ndarray
-    opposite: np.ndarray
-    box: np.ndarray
     feedback: np.ndarray
     nominal: np.ndarray
     means: np.ndarray
@@ -75,25 +82,69 @@ class Library(NamedTuple):
     tail: np.ndarray
 
 
-def make_library(game: Game, profile: Profile) -> tuple[Tables, Library]:
-    """Return the arrays of ``game``, whose players fall back on the plans of ``profile``."""
-    tables = make_tables(game, Rules().of(game))
+class Meetings(NamedTuple):
+    """Encounters, and what a crash costs.
+
+    axes, pair, normals, offsets, first_face, path, obstacle_times, swept, stay, crash_cost: as in
+    :class:`ppg_env.env.arrays.Tables`;
+    deviations (L + 1, faces) of displacements along the faces;
+    opposite (faces,): the parallel face on the other side, -1 without one; box (E,) whether the
+    collision set is a box along the axes;
+    tail: see :func:`normal_table`.
+    """
+
+    axes: tuple[int, ...]
+    pair: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    first_face: np.ndarray
+    path: np.ndarray
+    obstacle_times: np.ndarray
+    swept: bool
+    stay: bool
+    crash_cost: float
+    deviations: np.ndarray
+    opposite: np.ndarray
+    box: np.ndarray
+    tail: np.ndarray
+
+
+def make_motion(game: Game, tables: Tables, profile: Profile) -> Motion:
+    """Return the arrays about the agents; ``profile`` are the plans to fall back on."""
     n, m = tables.start.shape[1], tables.limits.shape[2]
-    grid = np.arange(-FAR, FAR + 1.5 / NODES, 1 / NODES)
-    return tables, Library(
-        moves=_moves([s for agent in game.agents for _, s in pieces(agent.control)], m),
+    sets = [admissible for agent in game.agents for _, admissible in pieces(agent.control)]
+    return Motion(
+        *(tables.A, tables.B, tables.effort, tables.goal, tables.agent_codes[0]),
+        tolerance=tables.tolerance,
+        control_set=tables.control_set,
+        normals=tables.input_normals,
+        offsets=tables.input_offsets,
+        first_face=tables.first_row[1],
+        moves=_moves(sets, m),
         windows=np.array(WINDOWS, dtype=np.int64),
         **_laws(game, n, m),
-        deviations=np.concatenate(
-            [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)],
-            axis=1,
-        ),
-        arrival_deviations=_arrival_deviations(game, n),
+        deviations=_arrival_deviations(game, n),
+        **_tracked(game, profile, n, m),
+        tail=normal_table(),
+    )
+
+
+def make_meetings(game: Game, tables: Tables) -> Meetings:
+    """Return the arrays about encounters."""
+    deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)]
+    return Meetings(
+        **{key: getattr(tables, key) for key in Meetings._fields[:10]},
+        deviations=np.concatenate(deviations, axis=1),
         opposite=_opposite(tables),
         box=np.array([_is_box(e.collision) for e in game.encounters], dtype=np.bool_),
-        **_tracked(game, profile, n, m),
-        tail=np.array([0.5 * erfc(-x / np.sqrt(2)) for x in grid]),
+        tail=normal_table(),
     )
+
+
+def normal_table() -> np.ndarray:
+    """Return the normal distribution function at steps of 1 / NODES from -FAR to FAR."""
+    grid = np.arange(-FAR, FAR + 1.5 / NODES, 1 / NODES)
+    return np.array([0.5 * erfc(-x / np.sqrt(2)) for x in grid])
 
 
 def _moves(sets: list[Polytope], m: int) -> np.ndarray:

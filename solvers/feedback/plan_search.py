@@ -35,12 +35,12 @@ CONFLICT = 1e-4
 
 
 @njit(cache=True)
-def pair_risk(g, library, e, first, second, first_alive, second_alive, steps):
+def pair_risk(g, e, first, second, first_alive, second_alive, steps):
     """Return the crash probability of encounter ``e`` for the means of its bodies."""
     return meeting_risk(
         first, second, first_alive, second_alive, steps, g.swept, g.stay, len(g.axes), g.normals,
-        g.offsets, g.first_face[e], g.first_face[e + 1], library.opposite, library.box[e],
-        library.deviations, library.tail,
+        g.offsets, g.first_face[e], g.first_face[e + 1], g.opposite, g.box[e],
+        g.deviations, g.tail,
     )  # fmt: skip
 
 
@@ -80,25 +80,25 @@ def fixed_bodies(g, state, obstacles, parked, clock, means, alive, steps):
 
 
 @njit(cache=True)
-def add_fixed(g, library, social, lam, i, bodies, bodies_alive, steps, means, alive):
+def add_fixed(g, social, lam, i, bodies, bodies_alive, steps, means, alive):
     """Return the expected cost of crashes of agent i with bodies that do not plan."""
     N, cost = lam.size, 0.0
     for e in range(g.pair.shape[0]):
         one, two = g.pair[e]
         if two == i:
             if steps[one] and one < N:
-                risk = pair_risk(g, library, e, bodies[one], means, bodies_alive[one], alive,
+                risk = pair_risk(g, e, bodies[one], means, bodies_alive[one], alive,
                                  steps[one])  # fmt: skip
                 cost += risk * price(g, social, lam, i, one)
         elif one == i and steps[two]:
-            risk = pair_risk(g, library, e, means, bodies[two], alive, bodies_alive[two],
+            risk = pair_risk(g, e, means, bodies[two], alive, bodies_alive[two],
                              steps[two])  # fmt: skip
             cost += risk * price(g, social, lam, i, two)
     return cost
 
 
 @njit(cache=True)
-def crash_cost(g, library, social, lam, i, c, skipped, moving, chosen, means, alive, bound):
+def crash_cost(g, social, lam, i, c, skipped, moving, chosen, means, alive, bound):
     """Return what candidate c of agent i costs by crashes with the chosen plans of other agents.
 
     Agent ``skipped`` is left out; above ``bound`` any value above it is returned.
@@ -113,7 +113,7 @@ def crash_cost(g, library, social, lam, i, c, skipped, moving, chosen, means, al
             continue
         o = chosen[other]
         risk = pair_risk(
-            g, library, e, means[one, c if one == i else o], means[two, c if two == i else o],
+            g, e, means[one, c if one == i else o], means[two, c if two == i else o],
             alive[one, c if one == i else o], alive[two, c if two == i else o], L,
         )  # fmt: skip
         cost += risk * price(g, social, lam, i, other)
@@ -123,15 +123,15 @@ def crash_cost(g, library, social, lam, i, c, skipped, moving, chosen, means, al
 
 
 @njit(cache=True)
-def respond(g, library, social, lam, i, moving, chosen, means, alive, base):
+def respond(g, social, lam, i, moving, chosen, means, alive, base):
     """Choose the best candidate of agent i against the others' plans; return if it is new."""
     current = chosen[i]
-    best = base[i, current] + crash_cost(g, library, social, lam, i, current, -1, moving, chosen,
+    best = base[i, current] + crash_cost(g, social, lam, i, current, -1, moving, chosen,
                                          means, alive, np.inf)  # fmt: skip
     for c in np.argsort(base[i]):
         if base[i, c] >= best - LEAST:
             break
-        cost = base[i, c] + crash_cost(g, library, social, lam, i, c, -1, moving, chosen, means,
+        cost = base[i, c] + crash_cost(g, social, lam, i, c, -1, moving, chosen, means,
                                        alive, best - base[i, c])  # fmt: skip
         if cost < best - LEAST:
             best, chosen[i] = cost, c
@@ -139,18 +139,18 @@ def respond(g, library, social, lam, i, moving, chosen, means, alive, base):
 
 
 @njit(cache=True)
-def choose_together(g, library, lam, e, moving, chosen, means, alive, base):
+def choose_together(g, lam, e, moving, chosen, means, alive, base):
     """Choose the pair of candidates of the agents of encounter ``e`` with the least social cost."""
     i, j = g.pair[e]
     L, weight = means.shape[2] - 1, price(g, True, lam, i, j)
     alone = np.empty((2, base.shape[1]))
     for c in range(base.shape[1]):
-        alone[0, c] = base[i, c] + crash_cost(g, library, True, lam, i, c, j, moving, chosen,
+        alone[0, c] = base[i, c] + crash_cost(g, True, lam, i, c, j, moving, chosen,
                                               means, alive, np.inf)  # fmt: skip
-        alone[1, c] = base[j, c] + crash_cost(g, library, True, lam, j, c, i, moving, chosen,
+        alone[1, c] = base[j, c] + crash_cost(g, True, lam, j, c, i, moving, chosen,
                                               means, alive, np.inf)  # fmt: skip
     first, second = chosen[i], chosen[j]
-    risk = pair_risk(g, library, e, means[i, first], means[j, second], alive[i, first],
+    risk = pair_risk(g, e, means[i, first], means[j, second], alive[i, first],
                      alive[j, second], L)  # fmt: skip
     best = alone[0, first] + alone[1, second] + weight * risk
     orders = np.argsort(alone[0]), np.argsort(alone[1])
@@ -161,13 +161,13 @@ def choose_together(g, library, lam, e, moving, chosen, means, alive, base):
             apart = alone[0, a] + alone[1, b]
             if apart >= best - LEAST:
                 break
-            risk = pair_risk(g, library, e, means[i, a], means[j, b], alive[i, a], alive[j, b], L)
+            risk = pair_risk(g, e, means[i, a], means[j, b], alive[i, a], alive[j, b], L)
             if apart + weight * risk < best - LEAST:
                 best, chosen[i], chosen[j] = apart + weight * risk, a, b
 
 
 @njit(cache=True)
-def choose(g, library, social, lam, moving, chosen, means, alive, base):
+def choose(g, social, lam, moving, chosen, means, alive, base):
     """Improve the ``chosen`` candidates (N,) of all agents."""
     N, L = lam.size, means.shape[2] - 1
     if social:
@@ -176,14 +176,14 @@ def choose(g, library, social, lam, moving, chosen, means, alive, base):
             if not 0 <= j < N or not moving[i] or not moving[j]:
                 continue
             a, b = np.argmin(base[i]), np.argmin(base[j])
-            risk = pair_risk(g, library, e, means[i, a], means[j, b], alive[i, a], alive[j, b], L)
+            risk = pair_risk(g, e, means[i, a], means[j, b], alive[i, a], alive[j, b], L)
             if risk * price(g, True, lam, i, j) > CONFLICT:
-                choose_together(g, library, lam, e, moving, chosen, means, alive, base)
+                choose_together(g, lam, e, moving, chosen, means, alive, base)
     for _ in range(SWEEPS):
         changed = False
         for i in range(N):
             if moving[i]:
-                new = respond(g, library, social, lam, i, moving, chosen, means, alive, base)
+                new = respond(g, social, lam, i, moving, chosen, means, alive, base)
                 changed = changed or new
         if not changed:
             break
@@ -191,7 +191,7 @@ def choose(g, library, social, lam, moving, chosen, means, alive, base):
 
 @njit(cache=True)
 def plan(
-    g, library, social, state, moving, parked, obstacles, clock, lam, kept, kept_steps, action
+    motion, g, social, state, moving, parked, obstacles, clock, lam, kept, kept_steps, action
 ):  # fmt: skip
     """Plan for all agents in all copies; write first inputs (C, N, m) and the plans.
 
@@ -199,7 +199,7 @@ def plan(
     where there is none; they are replaced.
     """
     C, N, L, m = kept.shape
-    n, windows, moves = state.shape[2], library.windows.shape[0], library.moves.shape[1]
+    n, windows, moves = state.shape[2], motion.windows.shape[0], motion.moves.shape[1]
     Q = STANDING + windows * moves
     means, inputs = np.zeros((N, Q, L + 1, n)), np.zeros((N, Q, L, m))
     alive, base, scratch = np.zeros((N, Q, L + 1)), np.zeros((N, Q)), np.zeros((3, max(n, m)))
@@ -215,7 +215,7 @@ def plan(
                 q = 0
                 for w in range(-STANDING, windows * moves):
                     window, move = (0, 0) if w < 0 else (w // moves, w % moves)
-                    start, stop = library.windows[window]
+                    start, stop = motion.windows[window]
                     tail = GO if r == 0 else KEEP
                     if w < 0:
                         start, stop = 0, 0
@@ -224,21 +224,25 @@ def plan(
                             tail = TRACK
                     means[i, q, 0] = state[c, i]
                     base[i, q] = roll(
-                        g, library, i, clock[c], lam[c, i], kept[c, i], kept_steps[c, i], start,
+                        motion, i, clock[c], lam[c, i], kept[c, i], kept_steps[c, i], start,
                         stop, move, SIZES[r], tail, means[i, q], inputs[i, q], alive[i, q],
                         scratch,
                     )  # fmt: skip
                     base[i, q] += add_fixed(
-                        g, library, social, lam[c], i, bodies, bodies_alive, steps, means[i, q],
+                        g, social, lam[c], i, bodies, bodies_alive, steps, means[i, q],
                         alive[i, q],
                     )  # fmt: skip
                     q += 1
             chosen[:] = 0
-            choose(g, library, social, lam[c], moving[c], chosen, means, alive, base)
+            choose(g, social, lam[c], moving[c], chosen, means, alive, base)
+            settled = True
             for i in range(N):
                 if moving[c, i]:
+                    settled = settled and base[i, chosen[i]] <= np.min(base[i]) + CONFLICT
                     kept[c, i] = inputs[i, chosen[i]]
                     kept_steps[c, i] = np.sum(alive[i, chosen[i], :L] > 0.0)
+            if settled:  # no agent gives way to another: there is nothing to refine
+                break
         for i in range(N):
             if moving[c, i]:
                 action[c, i] = kept[c, i, 0]

@@ -15,11 +15,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ppg_env.env.arrays import make_tables
 from ppg_env.env.players import Player, View
+from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from solvers.feedback.plan_library import make_library
+from solvers.feedback.plan_library import make_meetings, make_motion
 
 
 class JointReplanner:
@@ -42,8 +44,10 @@ class JointReplanner:
             "give one plan of this game per agent",
         )
         self.game, self.social = game, social
-        self._tables, self._library = make_library(game, profile)
-        self._shape = (len(game.agents), game.horizon, self._tables.limits.shape[2])
+        tables = make_tables(game, Rules().of(game))
+        self._motion = make_motion(game, tables, profile)
+        self._meetings = make_meetings(game, tables)
+        self._shape = (len(game.agents), game.horizon, tables.limits.shape[2])
         self._state = np.zeros((0, 0, 0))
         self._traffic = np.zeros((0, 0), dtype=bool)
         self._clock = np.zeros(0, dtype=np.int64)
@@ -62,7 +66,7 @@ class JointReplanner:
         self._state, self._traffic = view.state.copy(), view.in_traffic.copy()
         self._clock = view.clock.copy()
         plan(
-            self._tables, self._library, self.social, self._state, self._traffic,
+            self._motion, self._meetings, self.social, self._state, self._traffic,
             view.parked, np.ascontiguousarray(view.obstacles), self._clock,
             np.ascontiguousarray(view.lam), self._kept, self._steps, self._action,
         )  # fmt: skip
