@@ -153,15 +153,23 @@ def choose_together(g, lam, e, moving, chosen, means, alive, base):
     risk = pair_risk(g, e, means[i, first], means[j, second], alive[i, first],
                      alive[j, second], L)  # fmt: skip
     best = alone[0, first] + alone[1, second] + weight * risk
+    # Locals: each use of a field of a tuple counts references.
+    normals, offsets, start, stop = g.normals, g.offsets, g.first_face[e], g.first_face[e + 1]
+    opposite, box, deviations, tail = g.opposite, g.box[e], g.deviations, g.tail
+    swept, stay, d = g.swept, g.stay, len(g.axes)
     orders = np.argsort(alone[0]), np.argsort(alone[1])
     for a in orders[0]:
         if alone[0, a] + alone[1, orders[1][0]] >= best - LEAST:
             break
+        first_means, first_alive = means[i, a], alive[i, a]
         for b in orders[1]:
             apart = alone[0, a] + alone[1, b]
             if apart >= best - LEAST:
                 break
-            risk = pair_risk(g, e, means[i, a], means[j, b], alive[i, a], alive[j, b], L)
+            risk = meeting_risk(
+                first_means, means[j, b], first_alive, alive[j, b], L, swept, stay, d, normals,
+                offsets, start, stop, opposite, box, deviations, tail,
+            )  # fmt: skip
             if apart + weight * risk < best - LEAST:
                 best, chosen[i], chosen[j] = apart + weight * risk, a, b
 
