@@ -4,8 +4,7 @@ from .equilibrium.certificate import Certificate as Certificate
 from .equilibrium.certificate import certify as certify
 from .equilibrium.enumeration import Equilibrium as Equilibrium
 from .equilibrium.enumeration import collect_equilibria as collect_equilibria
-from .feedback.receding_horizon import RecedingHorizon as RecedingHorizon
-from .feedback.receding_horizon import receding_horizon as receding_horizon
+from .feedback.replanning import replanning as replanning
 from .optimum.joint import potential_equilibrium as potential_equilibrium
 from .optimum.joint import social_optimum as social_optimum
 from .planner_options import PlannerOptions as PlannerOptions

@@ -23,7 +23,7 @@ from baselines.evaluate_runs import (
     evaluate_rare_runs,
     evaluate_runs,
 )
-from benchmarks.comparison.players import RECEDING, Entrant, entrant
+from benchmarks.comparison.players import REPLANNING, Entrant, entrant
 from benchmarks.comparison.results import CONFIDENCE, Played, PlayerResult
 from ppg_env.env.episodes import trajectories
 from ppg_env.env.players import information, track
@@ -92,7 +92,7 @@ def _in_environment(
         over_runs=statistics.over_runs() if ready.runs > 1 else None,
         paths=trajectories(game, runs[0], min(PATHS, episodes), seed),
     )
-    if summary.crash_any.hits >= FEW or ready.name == RECEDING:  # too slow to be split
+    if summary.crash_any.hits >= FEW or ready.name in REPLANNING:  # not split
         return played
     rare = evaluate_rare_runs(game, runs, min(episodes, OF_A_LEVEL), seed)
     return replace(played, crash=tuple(rare.agents), crash_any=rare.any, method="rare")

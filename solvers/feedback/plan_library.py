@@ -1,8 +1,8 @@
 """A game as arrays for replanning: control laws, moves, deviations and the tracked plans.
 
-Plans start now, from states that are known: deviations start at zero and grow as those of the
-closed loop.  Where errors count for the time of arrival, they grow without correction, because at
-full speed there is no input left to correct with.
+Plans start now, from states that are known, and are made again at the next step: of the errors of
+a displacement those of one step count.  Those that count for the time of arrival grow longer,
+because at full speed there is no input left to correct with.
 
 Sizes: N agents, E encounters, V control sets, n state components, m inputs, d position components,
 L steps of a plan, M moves, K laws.
@@ -20,7 +20,6 @@ import numpy as np
 
 from ppg_env.env.arrays import Tables
 from ppg_env.game.agent import Agent
-from ppg_env.game.dynamics import covariances
 from ppg_env.game.effort_laws import least_effort_laws
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
@@ -36,6 +35,11 @@ WINDOWS = ((0, 1), (0, 2), (0, 3), (0, 5), (1, 3), (2, 4))
 
 GROWTH = 3
 """Steps over which the deviation at arrival grows: later errors are corrected on the way."""
+
+LATER = 0.5
+"""Share of the variance of a displacement that counts after the first step.
+
+Plans are made again at every step, so a later near miss is evaded when it comes."""
 
 NODES = 64
 """Entries per deviation of the table of normal tails, which ends at :data:`FAR` deviations."""
@@ -211,40 +215,48 @@ def _targeted(
     return np.array([law[0] for law in laws]), offsets, np.moveaxis(np.array(shifts), 0, 2)
 
 
-def _observed(game: Game, encounter: Encounter) -> np.ndarray:
-    """Return (L + 1, d, d) covariances of a displacement that is known now."""
-    d, L = game.dim, game.horizon
-    total = np.zeros((L + 1, d, d))
-    for i in encounter.agents:
-        total += _fresh(game.agents[i], L)[:, :d, :d]
-    if encounter.obstacle is not None:
-        obstacle = game.obstacles[encounter.obstacle]
-        total += np.arange(L + 1)[:, None, None] * obstacle.noise
-    return total
+def _errors(agent: Agent, steps: np.ndarray) -> np.ndarray:
+    """Return (len(steps), n, n) covariances after so many steps from a known state."""
+    growing = np.zeros((max(steps.max(initial=0), 0) + 1, agent.state_dim, agent.state_dim))
+    for t in range(len(growing) - 1):
+        growing[t + 1] = agent.A @ growing[t] @ agent.A.T + agent.noise
+    return growing[steps]
 
 
-def _fresh(agent: Agent, horizon: int) -> np.ndarray:
-    """Return the covariances of an agent whose state is known now."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return covariances(replace(agent, sigma0=np.zeros_like(agent.sigma0)), horizon)
+def _position_errors(agent: Agent, horizon: int) -> np.ndarray:
+    """Return (L + 1, d, d) covariances of positions; each step answers to what it observes.
+
+    They stop growing once noise has reached the positions.
+    """
+    n, d = agent.state_dim, agent.dim
+    early = _errors(agent, np.arange(n + 1))[:, :d, :d]
+    noisy = np.flatnonzero(np.trace(early, axis1=1, axis2=2) > 0)
+    first = noisy[0] if noisy.size else 1
+    times = np.arange(horizon + 1)
+    share = np.where(times <= first, 1.0, LATER)
+    return share[:, None, None] * early[np.minimum(times, first)]
 
 
 def _deviations(game: Game, encounter: Encounter) -> np.ndarray:
+    """Return (L + 1, F) deviations of a displacement along the faces."""
     normals = encounter.collision.normals
-    square = np.einsum("fi,tij,fj->tf", normals, _observed(game, encounter), normals)
-    return np.sqrt(square.clip(0.0))
+    total = np.zeros((game.horizon + 1, game.dim, game.dim))
+    for i in encounter.agents:
+        total += _position_errors(game.agents[i], game.horizon)
+    if encounter.obstacle is not None:
+        times = np.arange(game.horizon + 1)
+        drift = np.where(times <= 1, times, LATER)
+        total += drift[:, None, None] * game.obstacles[encounter.obstacle].noise
+    return np.sqrt(np.einsum("fi,tij,fj->tf", normals, total, normals).clip(0.0))
 
 
 def _arrival_deviations(game: Game, n: int) -> np.ndarray:
     """Return (N, L + 1, n) deviations of states without correction."""
     result = np.zeros((len(game.agents), game.horizon + 1, n))
     for i, agent in enumerate(game.agents):
-        covariance = np.zeros_like(agent.noise)
-        for t in range(game.horizon):
-            if t < GROWTH:
-                covariance = agent.A @ covariance @ agent.A.T + agent.noise
-            result[i, t + 1, : agent.state_dim] = np.sqrt(np.diag(covariance).clip(0.0))
+        errors = _errors(agent, np.minimum(np.arange(game.horizon + 1), GROWTH))
+        diagonal = np.diagonal(errors, axis1=1, axis2=2)
+        result[i, :, : agent.state_dim] = np.sqrt(diagonal.clip(0.0))
     return result
 
 

@@ -33,9 +33,13 @@ class JointReplanner:
         The game, and the plans to fall back on.
     social
         Whether the sum of costs counts, or each agent's own.
+    rules
+        The rules of play, of which the arrival region and what becomes of arrived bodies count.
     """
 
-    def __init__(self, game: Game, profile: Profile, *, social: bool) -> None:
+    def __init__(
+        self, game: Game, profile: Profile, *, social: bool, rules: Rules | None = None
+    ) -> None:
         require(
             len(profile) == len(game.agents)
             and all(len(plan.controls) == game.horizon for plan in profile),
@@ -44,12 +48,13 @@ class JointReplanner:
             "give one plan of this game per agent",
         )
         self.game, self.social = game, social
-        tables = make_tables(game, Rules().of(game))
+        tables = make_tables(game, (Rules() if rules is None else rules).of(game))
         self._motion = make_motion(game, tables, profile)
         self._meetings = make_meetings(game, tables)
         self._shape = (len(game.agents), game.horizon, tables.limits.shape[2])
         self._state = np.zeros((0, 0, 0))
         self._traffic = np.zeros((0, 0), dtype=bool)
+        self._lam = np.zeros((0, 0))
         self._clock = np.zeros(0, dtype=np.int64)
         self._kept = np.zeros((0, *self._shape))
         self._steps = np.zeros((0, self._shape[0]), dtype=np.int64)
@@ -64,11 +69,11 @@ class JointReplanner:
         self._shift(view)
         self._action = np.zeros((len(view.clock), self._shape[0], self._shape[2]))
         self._state, self._traffic = view.state.copy(), view.in_traffic.copy()
-        self._clock = view.clock.copy()
+        self._clock, self._lam = view.clock.copy(), view.lam.copy()
         plan(
             self._motion, self._meetings, self.social, self._state, self._traffic,
             view.parked, np.ascontiguousarray(view.obstacles), self._clock,
-            np.ascontiguousarray(view.lam), self._kept, self._steps, self._action,
+            self._lam, self._kept, self._steps, self._action,
         )  # fmt: skip
         return self._action
 
@@ -76,6 +81,7 @@ class JointReplanner:
         return (
             np.array_equal(view.clock, self._clock)
             and np.array_equal(view.in_traffic, self._traffic)
+            and np.array_equal(view.lam, self._lam)
             and np.array_equal(view.state, self._state, equal_nan=True)
         )
 
@@ -112,7 +118,12 @@ class Replanner:
         return self._joint.plan(view)[:, self._agent, : self._inputs]
 
 
-def replanning(game: Game, profile: Profile, *, social: bool) -> Sequence[Player]:
-    """Return a player per agent that plans again for all agents at every step."""
-    joint = JointReplanner(game, profile, social=social)
+def replanning(
+    game: Game, profile: Profile, *, social: bool, rules: Rules | None = None
+) -> Sequence[Player]:
+    """Return a player per agent that plans again for all agents at every step.
+
+    See :class:`JointReplanner`.
+    """
+    joint = JointReplanner(game, profile, social=social, rules=rules)
     return [Replanner(joint, i) for i in range(len(game.agents))]
