@@ -9,8 +9,7 @@ from .feedback.dynamic_programming import feedback_equilibrium as feedback_equil
 from .feedback.dynamic_programming import feedback_optimum as feedback_optimum
 from .feedback.feedback_solution import FeedbackSolution as FeedbackSolution
 from .feedback.player import FeedbackPlayer as FeedbackPlayer
-from .feedback.receding_horizon import RecedingHorizon as RecedingHorizon
-from .feedback.receding_horizon import receding_horizon as receding_horizon
+from .feedback.replanning import replanning as replanning
 from .optimum.joint import potential_equilibrium as potential_equilibrium
 from .optimum.joint import social_optimum as social_optimum
 from .planner_options import PlannerOptions as PlannerOptions

@@ -137,7 +137,7 @@ def _query(
     subject: str, request: Request, planner: PlannerOptions, overrides: dict[str, Any]
 ) -> RiskQuery:
     """Read a plan file with its game; or let the player of a game plan first."""
-    from benchmarks.comparison.players import RECEDING, chosen_player, entrant, refuse_unused
+    from benchmarks.comparison.players import REPLANNING, chosen_player, entrant, refuse_unused
     from benchmarks.crash_risk.query import RiskQuery
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.scenarios.make import make_game
@@ -154,7 +154,7 @@ def _query(
         return RiskQuery(instance, None, player, planner, arena)
     if player.solution.profile is None:
         no_solution(player.solution.advice)
-    replans = name == RECEDING  # so its first plan is not what it plays
+    replans = name in REPLANNING  # so its first plan is not what it plays
     return RiskQuery(instance, None if replans else player.solution.profile, player, planner, arena)
 
 

@@ -23,7 +23,7 @@ from baselines.evaluate_runs import (
     evaluate_rare_runs,
     evaluate_runs,
 )
-from benchmarks.comparison.players import RECEDING, Entrant, entrant
+from benchmarks.comparison.players import REPLANNING, Entrant, entrant
 from benchmarks.comparison.results import CONFIDENCE, Played, PlayerResult
 from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.episodes import trajectories
@@ -105,7 +105,7 @@ def _in_environment(
         group_crashes=tuple(statistics.crashes.tolist()),
         paths=trajectories(game, runs[0], min(PATHS, episodes), seed, rules=rules),
     )
-    if summary.crash_any.hits >= FEW or ready.name == RECEDING:  # too slow to be split
+    if summary.crash_any.hits >= FEW or ready.name in REPLANNING:  # not split
         return played
     rare = evaluate_rare_runs(game, runs, min(episodes, OF_A_LEVEL), seed, rules=rules)
     return replace(played, crash=tuple(rare.agents), crash_any=rare.any, method="rare")

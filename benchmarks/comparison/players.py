@@ -23,8 +23,8 @@ from solvers.solution import Solution, Status
 ARENAS = ("schedule", "env")
 """Where players meet: plans on their schedule, or the environment."""
 
-RECEDING = "receding"
-"""Starts with the plans of ``nash`` and replans every few steps; for the environment."""
+REPLANNING = {"receding-nash": "nash", "receding-social": "social"}
+"""Players that plan again for all agents at every step, and whose plans they fall back on."""
 
 FILE = ".npz"
 """A player whose name ends so is a file of learned players."""
@@ -132,7 +132,14 @@ PLAYERS: dict[str, PlayerEntry] = {
         PlayerEntry("potential", partial(_joint, "potential"), (*_SEARCH, "node_limit")),
         PlayerEntry("social", partial(_joint, "social"), (*_SEARCH, "node_limit")),
         PlayerEntry("straight", _straight),
-        PlayerEntry(RECEDING, _nash, _DYNAMICS, "env", "full state"),
+        PlayerEntry("receding-nash", _nash, (*_DYNAMICS, "charge"), "env", "full state"),
+        PlayerEntry(
+            "receding-social",
+            partial(_joint, "social"),
+            (*_SEARCH, "node_limit"),
+            "env",
+            "full state",
+        ),
         PlayerEntry("feedback-nash", partial(_feedback, "equilibrium"), *_GRID),
         PlayerEntry("feedback-social", partial(_feedback, "optimum"), *_GRID),
         *(PlayerEntry(name, partial(_pretrained, name), *_LEARNED) for name in PRETRAINED),
@@ -181,10 +188,11 @@ class Entrant:
             return [self.feedback.players()]
         if self.solution is None or self.solution.profile is None:
             return []
-        if self.name == RECEDING:
-            from solvers.feedback.receding_horizon import receding_horizon
+        if self.name in REPLANNING:
+            from solvers.feedback.replanning import replanning
 
-            return [receding_horizon(game, self.solution.profile, solver=options.solver)]
+            social = REPLANNING[self.name] == "social"
+            return [replanning(game, self.solution.profile, social=social)]
         return [track(game, self.solution.profile)]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from baselines.evaluate_runs import OF_A_LEVEL, evaluate_rare_runs, evaluate_runs
-from benchmarks.comparison.players import RECEDING
+from benchmarks.comparison.players import REPLANNING
 from benchmarks.crash_risk.details import (
     chance,
     counts_report,
@@ -90,10 +90,9 @@ def rare(query: RiskQuery) -> RiskReport:
 
 def _split(query: RiskQuery) -> tuple[RareRisk, str]:
     """Split episodes in the environment by levels."""
-    if query.entrant is not None and query.entrant.name == RECEDING:
-        raise InputError(
-            "--player", "is receding, which plans too slowly for splitting", "add --method mc"
-        )
+    if query.entrant is not None and query.entrant.name in REPLANNING:
+        problem = f"is {query.entrant.name}, whose plans of earlier steps cannot be split"
+        raise InputError("--player", problem, "add --method mc")
     risk = evaluate_rare_runs(
         query.game,
         _runs(query),

@@ -156,9 +156,9 @@ def test_players_without_plans_are_counted_in_the_environment(ppg, learned_file)
 
 
 def test_replanning_players_play_in_the_environment(ppg):
-    game = ["risk", "intersection", "--speed", "l1", "--player", "receding"]
+    game = ["risk", "intersection", "--speed", "l1", "--player", "receding-social"]
     assert ppg(*game, "--episodes", "20", "--json").json["details"]["arena"] == "env"
-    assert "receding, which has no plan" in ppg(*game, "--method", "bound", code=2).err
+    assert "receding-social, which has no plan" in ppg(*game, "--method", "bound", code=2).err
 
 
 def test_players_that_find_no_plan_are_exit_code_3(ppg):

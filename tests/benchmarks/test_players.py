@@ -7,7 +7,7 @@ import inspect
 import pytest
 
 from benchmarks.commands import VERBS
-from benchmarks.comparison.players import PLAYERS, RECEDING, entrant, find_player
+from benchmarks.comparison.players import PLAYERS, entrant, find_player
 from ppg_env import make_game
 from solvers.planner_options import DEFAULTS, PlannerOptions
 
@@ -37,9 +37,9 @@ def test_a_file_of_learned_players_is_a_player(learned_file):
 
 def test_options_that_a_player_does_not_accept_are_left_at_their_defaults():
     options = PlannerOptions(seed=3, **OTHER)
-    receding = options.only(PLAYERS[RECEDING].accepts)
-    assert (receding.seed, receding.start, receding.order) == (3, "sequential", "random")
-    assert (receding.charge, receding.node_limit) == ("selfish", None)
+    receding = options.only(PLAYERS["receding-social"].accepts)
+    assert (receding.seed, receding.node_limit) == (3, int(OTHER["node_limit"]))
+    assert (receding.start, receding.order, receding.charge) == (None, "cyclic", "selfish")
 
 
 @pytest.mark.parametrize("option", OTHER)

@@ -158,7 +158,7 @@ def test_options_that_do_not_go_together_are_exit_code_2(ppg, plan_file, words, 
 
 
 def test_replanning_players_are_not_split(ppg):
-    done = ppg("risk", "parallel", "--player", "receding", "--method", "rare", code=2)
+    done = ppg("risk", "parallel", "--player", "receding-nash", "--method", "rare", code=2)
     assert "--method mc" in done.err
 
 

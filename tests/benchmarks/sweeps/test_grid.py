@@ -61,20 +61,19 @@ def test_only_the_players_that_heed_them_have_starts_orders_and_charges():
         ("nash", "straight"),
         ("nash", "sequential"),
     ]
-    charged = replace(grid, players=("nash", "social", "receding"), charges=("selfish", "pigou"))
+    charged = replace(grid, players=("nash", "social", "receding-social"), charges=("selfish", "pigou"))
     assert [(cell.player, cell.start, cell.charge) for cell in charged.cells()] == [
         ("nash", "straight", "selfish"),
         ("nash", "straight", "pigou"),
         ("nash", "sequential", "selfish"),
         ("nash", "sequential", "pigou"),
         ("social", None, "selfish"),
-        ("receding", "straight", "selfish"),
-        ("receding", "sequential", "selfish"),
+        ("receding-social", None, "selfish"),
     ]
 
 
 def test_the_arena_is_the_environment_if_a_player_needs_it():
-    names = ("nash", "receding")
+    names = ("nash", "receding-nash")
     assert {cell.arena for cell in Grid(("head_on",), players=names).cells()} == {"env"}
     assert {cell.arena for cell in Grid(("head_on",), players=names[:1]).cells()} == {"schedule"}
 
