@@ -49,10 +49,10 @@ class Policy:
 
     def body(self, agent: int, clock: int) -> Body:
         """Return an agent as the kernels take it."""
-        return make_body(self.model, agent, clock)
+        return make_body(self.model, agent, clock, 0.5 if self.kind == "optimum" else 1.0)
 
 
-def make_body(model: JointModel, agent: int, clock: int) -> Body:
+def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
     """Return ``agent`` of ``model`` at ``clock`` as the kernels take it."""
     mover, grid = model.game.agents[agent], model.grids[agent]
     control = set_at(mover.control, clock)
@@ -70,7 +70,8 @@ def make_body(model: JointModel, agent: int, clock: int) -> Body:
     return Body(
         grid.low, grid.step, np.array(grid.shape), A, B, control.normals, control.offsets, actions,
         np.stack([ends.min(axis=0), ends.max(axis=0)]), np.array(spacing), mover.effort,
-        model.filters[agent].stays.reshape(grid.shape).astype(np.float64),
+        model.stays(agent).reshape(grid.shape).astype(np.float64), model.harm(agent, clock),
+        float(model.crash[agent]), share,
     )  # fmt: skip
 
 
@@ -115,7 +116,7 @@ class FeedbackPlayer:
             return actions[own]
         ends = self._partner_ends(states, clock)
         respond_everywhere(bodies[own], policy.stages.fields[row, 0], own == 0, model.risk,
-                           policy.crash()[own], bodies[1 - own], at[own], ends, size,
+                           policy.crash()[own], bodies[1 - own], at[own], at[1 - own], ends, size,
                            actions[own])  # fmt: skip
         return actions[own]
 
@@ -132,7 +133,7 @@ class FeedbackPlayer:
     def _alone(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at ``states`` (C, n) without the other agent."""
         policy, grid = self.policy, self.policy.model.grids[self.agent]
-        body = self._body(self.agent, clock)
+        body = self._body(self.agent, clock)._replace(share=1.0)
         actions = np.zeros((len(states), body.B.shape[1]))
         alone = policy.stages.alone[self.agent][policy.row(clock)].reshape(grid.shape)
         decide_alone(body, alone.astype(np.float64), policy.model.risk,
@@ -146,8 +147,8 @@ class FeedbackPlayer:
         return np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
 
     def _body(self, agent: int, clock: int) -> Body:
-        """Return an agent at ``clock``, made once per control set."""
-        key = agent, id(set_at(self.policy.model.game.agents[agent].control, clock))
+        """Return an agent at ``clock``, made once per epoch."""
+        key = agent, self.policy.model.epoch(clock)
         if key not in self._bodies:
             self._bodies[key] = self.policy.body(agent, clock)
         return self._bodies[key]
