@@ -48,7 +48,8 @@ class Events(NamedTuple):
     low, step (2,): points of the last positions y, the first ones of the row of the first start
     for swept collisions; values (P, Q): at instants; start_low, start_step (2,): points x;
     ratio (2,): points y per distance of points x; swept_values (n0, n1, P, Q): in row (i, j) for
-    the points from (i, j) ratio on; swept: which of them holds; empty: no hazard.
+    the points from (i, j) ratio on; swept: which of them holds; removes:
+    crashed agents leave; empty: no hazard.
     """
 
     low: np.ndarray
@@ -59,6 +60,7 @@ class Events(NamedTuple):
     ratio: np.ndarray
     swept_values: np.ndarray
     swept: bool
+    removes: bool
     empty: bool
 
 
@@ -66,7 +68,7 @@ def no_events() -> Events:
     """Return the table of no hazard."""
     one = np.ones(AXES)
     return Events(one, one, np.zeros((1, 1)), one, one, one.astype(np.int64),
-                  np.zeros((1, 1, 1, 1), np.float32), False, True)  # fmt: skip
+                  np.zeros((1, 1, 1, 1), np.float32), False, True, True)  # fmt: skip
 
 
 def instant_events(hazards: Sequence[Hazard], covariance: np.ndarray) -> Events:

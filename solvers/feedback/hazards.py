@@ -14,16 +14,20 @@ Harms = tuple[tuple[Events, Events], ...]
 """Per epoch and agent, the probabilities of a crash with obstacles in a step."""
 
 
-def overlaps(game: Game, grids: tuple[Grid, Grid]) -> Events:
+def overlaps(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Events:
     """Return the probabilities of overlaps, over displacements of agent 0 from agent 1."""
     d, (first, second) = game.dim, game.agents
     covariance, origin = (first.noise + second.noise)[:d, :d], np.zeros(d)
     hazards = [Hazard(game.encounters[0].collision, origin, origin)]
     if game.collisions == "instants":
-        return instant_events(hazards, covariance)
+        return _with(rules, instant_events(hazards, covariance))
     reach = longest_move(first, grids[0])[:d] + longest_move(second, grids[1])[:d]
     anchor = (grids[0].low - grids[1].low)[:d]
-    return swept_events(hazards, covariance, grids[0].step[:d], anchor, reach)
+    return _with(rules, swept_events(hazards, covariance, grids[0].step[:d], anchor, reach))
+
+
+def _with(rules: Rules, events: Events) -> Events:
+    return events._replace(removes=rules.on_crash == "remove")
 
 
 def harms(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Harms:
@@ -32,7 +36,10 @@ def harms(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Harms:
     ends = [max(obstacle.rest, obstacle.until or 0) + 1 for obstacle in moving]
     epochs = min(max(ends, default=1), rules.steps(game))
     return tuple(
-        (_harm(game, 0, clock, grids[0]), _harm(game, 1, clock, grids[1]))
+        (
+            _with(rules, _harm(game, 0, clock, grids[0])),
+            _with(rules, _harm(game, 1, clock, grids[1])),
+        )
         for clock in range(epochs)
     )
 

@@ -16,7 +16,7 @@ from solvers.feedback.grid import AXES, Grid, default_step, make_grid
 from solvers.feedback.hazards import Harms, harms, overlaps
 from solvers.feedback.moves import Moves, make_moves
 from solvers.feedback.noise_filter import NoiseFilter, make_noise_filter
-from solvers.feedback.stage_kernels import Risk, Side
+from solvers.feedback.stage_kernels import Side
 
 FLOAT = 4
 """Bytes of a value on the grid."""
@@ -30,7 +30,7 @@ class JointModel:
     ----------
     step : distance between neighbouring positions of the grids.
     grids, filters : one per agent.
-    table : probabilities of an overlap, over displacements of agent 0 from agent 1.
+    risk : probabilities of an overlap, over displacements of agent 0 from agent 1.
     harms : per epoch and agent, probabilities of a crash with obstacles; one epoch if none moves.
     """
 
@@ -39,7 +39,7 @@ class JointModel:
     step: float
     grids: tuple[Grid, Grid]
     filters: tuple[NoiseFilter, NoiseFilter]
-    table: Events
+    risk: Events
     harms: Harms
 
     @property
@@ -58,14 +58,9 @@ class JointModel:
         return (1.0 - self.lam) * self.game.crash_cost
 
     @cached_property
-    def risk(self) -> Risk:
-        """The table of overlaps as the kernels take it."""
-        return Risk(self.table, self.rules.on_crash == "remove")
-
-    @cached_property
     def on_grid(self) -> np.ndarray:
         """(K0, K1) float32 probability of a crash of agents that rest at grid points."""
-        chance = chances(self.table, self.grids[0].points, self.grids[1].points)
+        chance = chances(self.risk, self.grids[0].points, self.grids[1].points)
         chance *= np.outer(self.stays(0), self.stays(1))
         return chance.astype(np.float32)
 
@@ -73,7 +68,7 @@ class JointModel:
     def separable(self) -> bool:
         """Whether crashes depend on the ends of moves alone, all of them grid points."""
         aligned = all(moves.aligned for own in self._moves for moves in own)
-        return aligned and not self.table.swept
+        return aligned and not self.risk.swept
 
     @cached_property
     def clock_free(self) -> bool:
@@ -100,7 +95,7 @@ class JointModel:
         In swept collisions an agent that arrives can be hit as well.
         """
         stays = self.filters[agent].stays
-        return np.ones_like(stays) if self.table.swept else stays
+        return np.ones_like(stays) if self.risk.swept else stays
 
     def moves(self, agent: int, clock: int) -> Moves:
         """Return the moves of ``agent`` at ``clock``."""
@@ -113,6 +108,11 @@ class JointModel:
             [make_moves(agent, grid, control) for _, control in pieces(agent.control)]
             for agent, grid in zip(self.game.agents, self.grids, strict=True)
         )
+
+    @property
+    def most_actions(self) -> int:
+        """Number of actions of the agent and control set that have most."""
+        return max(len(moves.actions) for own in self._moves for moves in own)
 
     def side(self, agent: int, clock: int, ahead: np.ndarray) -> Side:
         """Return the moves of ``agent`` at ``clock`` as the kernels take them.
@@ -162,8 +162,8 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
         make_noise_filter(first, grids[0], rules.tolerance),
         make_noise_filter(second, grids[1], rules.tolerance),
     )
-    table, harm = overlaps(game, grids), harms(game, rules, grids)
-    return JointModel(game, rules, float(step), grids, filters, table, harm)
+    risk, harm = overlaps(game, rules, grids), harms(game, rules, grids)
+    return JointModel(game, rules, float(step), grids, filters, risk, harm)
 
 
 def _check(game: Game, rules: Rules) -> None:

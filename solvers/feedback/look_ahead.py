@@ -3,7 +3,8 @@
 The field of an agent is contracted over the other's stencil to the window of grid points that the
 agent can reach; its actions are then compared on this window, first all of a set, then with finer
 steps around the best.  Cubic convolution is used in all four dimensions, and the table of overlaps
-for crashes (:mod:`solvers.feedback.stage_kernels` has the formula).
+for crashes (:mod:`solvers.feedback.stage_kernels` has the formula).  ``harm`` are
+crashes with obstacles, over positions of the agent, and ``risk`` those with the other agent.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 
 from solvers.feedback.cubic import keys_weights
-from solvers.feedback.event_table import Events, chance
+from solvers.feedback.event_table import chance
 from solvers.feedback.stage_kernels import overlap, stencil
 
 REFINEMENTS = 3
@@ -32,8 +33,8 @@ class Body(NamedTuple):
 
     low, step, shape (2,): the grid; A (2, 2), B (2, m); normals, offsets: faces of the control
     set; actions (A, m); span (2, 2): lowest and highest B u; spacing (m,): between actions;
-    effort; stays (n0, n1): probability of no arrival; harm: crashes with obstacles, over the
-    agent's positions; crash: cost of one; share: the agent's part of the costs in the field.
+    effort; stays (n0, n1): probability of no arrival; crash: cost of a crash; share: the agent's
+    part of the costs in the field.
     """
 
     low: np.ndarray
@@ -48,7 +49,6 @@ class Body(NamedTuple):
     spacing: np.ndarray
     effort: float
     stays: np.ndarray
-    harm: Events
     crash: float
     share: float
 
@@ -80,7 +80,7 @@ def read(body, window, i0, j0, y, w0, w1):
 
 
 @njit(cache=True)
-def price(body, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
+def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
     """Return the cost of the action ``u`` at state ``x``.
 
     ``other`` (5,): the other's states before and after its move, and its probability of no
@@ -94,8 +94,8 @@ def price(body, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0
         if p > 0.0:
             stays = read(body, body.stays, 0, 0, y, w0, w1)
             lost += p * stays * (crash - value if risk.removes else crash)
-    if not body.harm.empty:
-        p = chance(body.harm, x[0], x[1], y[0], y[1])
+    if not harm.empty:
+        p = chance(harm, x[0], x[1], y[0], y[1])
         if p > 0.0:
             if stays < 0.0:
                 stays = read(body, body.stays, 0, 0, y, w0, w1)
@@ -108,20 +108,22 @@ def price(body, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0
 
 
 @njit(cache=True)
-def search(body, window, i0, j0, risk, own_first, crash, x, base, other, finer, w0, w1, best):
+def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, finer, w0, w1, best):
     """Write the best action of the set, or with ``finer`` the best near ``best``."""
     m = best.size
     y, u = np.empty(2), np.empty(m)
     if not finer:
         least, chosen = np.inf, 0
         for a in range(body.actions.shape[0]):
-            value = price(body, window, i0, j0, risk, own_first, crash, x, base, body.actions[a],
-                          y, other, w0, w1)  # fmt: skip
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base,
+                          body.actions[a], y, other, w0, w1)  # fmt: skip
             if value < least:
                 least, chosen = value, a
         best[:] = body.actions[chosen]
         return
-    least = price(body, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0, w1)
+    least = price(
+        body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0, w1
+    )
     middle = np.empty(m)
     for level in range(REFINEMENTS):
         middle[:] = best
@@ -139,8 +141,8 @@ def search(body, window, i0, j0, risk, own_first, crash, x, base, other, finer, 
                 continue
             for q in range(m):
                 u[q] = middle[q] + room * u[q]
-            value = price(body, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0,
-                          w1)  # fmt: skip
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y,
+                          other, w0, w1)  # fmt: skip
             if value < least:
                 least = value
                 best[:] = u
@@ -186,21 +188,25 @@ def contract(body, field, own_first, base, far, at, w0, w1, index, weight, windo
 
 
 @njit(cache=True)
-def respond_to(body, field, own_first, risk, crash, x, base, far, far_x, far_y, coarse, finer, w0,
-               w1, index, weight, window, best):  # fmt: skip
+def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, far_y, coarse,
+               finer, w0, w1, index, weight, window, best):  # fmt: skip
     """Write the best action of ``body`` when the other agent ``far`` goes from x to y."""
     i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
     other = np.empty(5)
     other[:2], other[2:4] = far_x, far_y
     other[4] = read(far, far.stays, 0, 0, far_y, w0, w1)
     if coarse:
-        search(body, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best)
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best
+        )
     if finer:
-        search(body, window, i0, j0, risk, own_first, crash, x, base, other, True, w0, w1, best)
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, True, w0, w1, best
+        )
 
 
 @njit(cache=True, parallel=True)
-def respond_everywhere(body, field, own_first, risk, crash, far, states, far_states, far_ends,
+def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
                        size, actions):  # fmt: skip
     """Write the best actions (C, m) at ``states`` (C, 2), given where the other goes (C, 2)."""
     for c in prange(states.shape[0]):
@@ -208,12 +214,14 @@ def respond_everywhere(body, field, own_first, risk, crash, far, states, far_sta
         index, weight = np.empty(16, np.int64), np.empty(16)
         window = np.empty((size[0], size[1]))
         base[:] = body.A @ states[c]
-        respond_to(body, field, own_first, risk, crash, states[c], base, far, far_states[c],
+        respond_to(body, harm, field, own_first, risk, crash, states[c], base, far, far_states[c],
                    far_ends[c], True, True, w0, w1, index, weight, window, actions[c])  # fmt: skip
 
 
 @njit(cache=True, parallel=True)
-def decide_jointly(first, second, fields, crash, risk, choice, states, size, one, two):
+def decide_jointly(
+    first, second, first_harm, second_harm, fields, crash, risk, choice, states, size, one, two
+):
     """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
 
     They start as those of the nearest grid state; then each agent in turn takes the best of its
@@ -236,16 +244,16 @@ def decide_jointly(first, second, fields, crash, risk, choice, states, size, one
             finer = turn >= 2 * SWEEPS
             if turn % 2 == 0:
                 before[: one.shape[1]] = one[c]
-                respond_to(first, fields[0], True, risk, crash[0], states[c, 0], base[0], second,
-                           states[c, 1], z, not finer, finer, w0, w1, index, weight, window,
-                           one[c])  # fmt: skip
+                respond_to(first, first_harm, fields[0], True, risk, crash[0], states[c, 0],
+                           base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
+                           weight, window, one[c])  # fmt: skip
                 advance(first, base[0], one[c], y)
                 same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
             else:
                 before[: two.shape[1]] = two[c]
-                respond_to(second, fields[1], False, risk, crash[1], states[c, 1], base[1], first,
-                           states[c, 0], y, not finer, finer, w0, w1, index, weight, window,
-                           two[c])  # fmt: skip
+                respond_to(second, second_harm, fields[1], False, risk, crash[1], states[c, 1],
+                           base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
+                           weight, window, two[c])  # fmt: skip
                 advance(second, base[1], two[c], z)
                 same = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
             unchanged = unchanged + 1 if same else 1
@@ -255,13 +263,13 @@ def decide_jointly(first, second, fields, crash, risk, choice, states, size, one
 
 
 @njit(cache=True, parallel=True)
-def decide_alone(body, alone, risk, states, actions):
+def decide_alone(body, harm, alone, risk, states, actions):
     """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
     for c in prange(states.shape[0]):
         w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.zeros(5)
         base[:] = body.A @ states[c]
         for finer in (False, True):
-            search(body, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,
+            search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,
                    actions[c])  # fmt: skip
 
 

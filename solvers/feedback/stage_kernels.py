@@ -11,7 +11,8 @@ leave the game, and e the cost of the agent's own action: effort, and crashes
 with obstacles.  States are independent of each other, so results do not depend on the
 number of threads.
 
-``Side`` holds what one agent can do at its K grid points, with A actions and stencils of S points.
+``risk`` is the table of overlaps over displacements of agent 0 from agent 1. ``Side`` holds what
+one agent can do at its K grid points, with A actions and stencils of S points.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from numba import njit, prange
 
 from solvers.feedback.cubic import keys_weights
-from solvers.feedback.event_table import Events, chance
+from solvers.feedback.event_table import chance
 
 
 class Side(NamedTuple):
@@ -41,19 +42,12 @@ class Side(NamedTuple):
     points: np.ndarray
 
 
-class Risk(NamedTuple):
-    """Overlaps over displacements of agent 0 from agent 1, and whether crashed agents leave."""
-
-    events: Events
-    removes: bool
-
-
 @njit(cache=True)
 def overlap(risk, own_first, own_before, other_before, own, other):
     """Return the probability of an overlap for states before and after the moves."""
     sign = 1.0 if own_first else -1.0
     return chance(
-        risk.events,
+        risk,
         sign * (own_before[0] - other_before[0]),
         sign * (own_before[1] - other_before[1]),
         sign * (own[0] - other[0]),
@@ -97,7 +91,7 @@ def best_move(field, side, risk, own_first, crash, x, other_before, other_index,
 @njit(cache=True)
 def is_near(risk, own_first, before, other_before, reach, other_end):
     """Return whether an overlap is possible: ``reach`` (4,) are the lowest and highest ends."""
-    sign, events = 1.0 if own_first else -1.0, risk.events
+    sign, events = 1.0 if own_first else -1.0, risk
     for k in range(2):
         if events.swept:
             count = events.swept_values.shape[k]
