@@ -34,8 +34,13 @@ class Chooser(Protocol):
     stationary: bool
     kept: int
 
-    def choose(self, clock: int, fields: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
-        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1)."""
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1).
+
+        ``fields`` are those of ``agents``, ``ahead`` (K,) their costs after a move when alone.
+        """
         ...
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
@@ -69,12 +74,8 @@ def memory(model: JointModel, chooser: Chooser) -> int:
     """Return the bytes that :func:`solve_backward` needs at most."""
     states = model.shape[0] * model.shape[1]
     stages = model.rules.steps(model.game)
-    per_stage = FLOAT * chooser.kept + len(chooser.agents) * _action_type(model).itemsize
-    moves = sum(
-        part.nbytes
-        for i in range(2)
-        for part in vars(model.moves(i, 0)).values()
-    )
+    per_stage = FLOAT * chooser.kept + len(chooser.agents) * (1 if model.most_actions <= 256 else 2)
+    moves = sum(part.nbytes for i in range(2) for part in vars(model.moves(i, 0)).values())
     return states * (stages * per_stage + SPARE * FLOAT) + moves
 
 
@@ -104,9 +105,12 @@ def solve_backward(
             _continue(model, i, value, ahead[i])
             for i, value in zip(chooser.agents, values, strict=True)
         ]
-        new, choice = chooser.choose(clock, fields)
+        new, choice = chooser.choose(clock, fields, ahead)
         values = new
-        alone = {i: _alone(model, i, clock, ahead[i]) for i in chooser.agents}
+        alone = {
+            i: model.alone(i, clock, ahead[i]).min(axis=1) + np.float32(model.lam[i])
+            for i in chooser.agents
+        }
         fields_kept.append(chooser.keep(fields))
         if done > 1:
             change = float(np.abs(fields_kept[-1] - fields_kept[-2]).max())
@@ -131,9 +135,7 @@ def solve_backward(
     )
 
 
-def _continue(
-    model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray
-) -> np.ndarray:
+def _continue(model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """Return the field (K0, K1) of ``agent`` from the costs ``values`` after the noise."""
     first, second = model.filters
     field = first.traffic(values, values.shape[1])
@@ -143,18 +145,6 @@ def _continue(
     else:
         field += (1.0 - first.stays)[:, None] * ahead[None]
     return field
-
-
-def _alone(model: JointModel, agent: int, clock: int, ahead: np.ndarray) -> np.ndarray:
-    """Return the costs (K,) of ``agent`` alone, with the costs ``ahead`` after its move."""
-    moves = model.moves(agent, clock)
-    after = np.einsum("kas,kas->ka", moves.weight, ahead[moves.index]) + moves.cost
-    return (after.min(axis=1) + model.lam[agent]).astype(np.float32)
-
-
-def _action_type(model: JointModel) -> np.dtype:
-    most = max(len(model.moves(i, 0).actions) for i in range(2))
-    return np.dtype(np.uint8 if most <= 256 else np.uint16)
 
 
 def _check_memory(needed: int, limit: float) -> None:

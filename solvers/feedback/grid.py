@@ -49,7 +49,10 @@ class Grid(Record):
     @property
     def points(self) -> np.ndarray:
         """(K, 2) states at the points."""
-        axes = [low + step * np.arange(n) for low, step, n in zip(self.low, self.step, self.shape)]
+        axes = [
+            low + step * np.arange(n)
+            for low, step, n in zip(self.low, self.step, self.shape, strict=True)
+        ]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, AXES)
 
     def nearest(self, state: np.ndarray) -> np.ndarray:
