@@ -96,7 +96,9 @@ def _by_grid(
     return response.players()[agent]
 
 
-def _trained(game: Game, agent: int, players: Sequence[Player], options: DeviationOptions) -> Player:
+def _trained(
+    game: Game, agent: int, players: Sequence[Player], options: DeviationOptions
+) -> Player:
     """Train PPO for one agent against the unchanged others."""
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
     from baselines.training_loop import Args, Turn, take_turns
@@ -152,7 +154,9 @@ def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[P
     return tuple(plans)
 
 
-DEVIATIONS: dict[
-    str, Callable[[Game, int, Sequence[Player], DeviationOptions], Player | None]
-] = {"grid": _by_grid, "planned": _planned, "trained": _trained}
+DEVIATIONS: dict[str, Callable[[Game, int, Sequence[Player], DeviationOptions], Player | None]] = {
+    "grid": _by_grid,
+    "planned": _planned,
+    "trained": _trained,
+}
 """The functions that find each deviation."""

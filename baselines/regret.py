@@ -36,14 +36,14 @@ class RegretBound:
     regret : the gain of the best deviation found, clipped at zero, with its interval; an estimate
         of a lower bound.
     most : an upper bound: the upper limit of the agent's mean cost less what it costs at least
-        alone; None where that is not known.
+        alone.
     deviation : the best one: ``grid``, ``planned``, ``trained`` or ``none``.
     gains : gain of each deviation, in the same episodes; may be negative.
     cost : the agent's mean cost without deviation, in these episodes.
     """
 
     regret: Interval
-    most: float | None
+    most: float
     deviation: str
     gains: dict[str, Interval]
     cost: Interval
@@ -95,7 +95,9 @@ def regret_bounds(
     return bounds
 
 
-def _bound(game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Episodes) -> RegretBound:
+def _bound(
+    game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Episodes
+) -> RegretBound:
     """Choose the deviation with the largest gain in the selection group."""
     evaluated = {name: mean_interval(both[EVALUATION]) for name, both in gains.items()}
     cost = mean_interval(now.cost[:, agent])
@@ -108,10 +110,8 @@ def _bound(game: Game, agent: int, gains: dict[str, list[np.ndarray]], now: Epis
     return RegretBound(regret, most, best, evaluated, cost)
 
 
-def _most(game: Game, agent: int, cost: Interval) -> float | None:
+def _most(game: Game, agent: int, cost: Interval) -> float:
     """Return the upper limit of the cost less the proved cost of the agent alone."""
-    from solvers.feedback.lower_bound import solo_bound_applies, solo_lower_bound
+    from solvers.feedback.lower_bound import solo_lower_bound
 
-    if not solo_bound_applies(game, agent):
-        return None
     return max(cost.high - solo_lower_bound(game, agent), 0.0)

@@ -161,9 +161,7 @@ def _regret(cell: Cell, ready: Entrant) -> list[dict[str, float]]:
         deviations=[cell.deviation] if cell.deviation else [],
         episodes=cell.episodes,
         seed=cell.seed,
-        options=DeviationOptions(
-            seed=cell.seed, solver=cell.solver, time_limit=cell.time_limit
-        ),
+        options=DeviationOptions(seed=cell.seed, solver=cell.solver, time_limit=cell.time_limit),
     )
     return [vars(bound.regret) for bound in bounds.values()]
 

@@ -90,6 +90,15 @@ def read_feedback(path: str | Path) -> FeedbackSolution:
         raise InputError(source, "cannot be read (no archive)", REMEDY) from None
 
 
+def is_feedback(path: str | Path) -> bool:
+    """Return whether a file says that it holds feedback policies; it may still be damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return f'"{FORMAT}"' in str(arrays["about"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+        return False
+
+
 def _solution(source: str, about: Any, arrays: Any) -> FeedbackSolution:
     """Return the solution in a file; errors of all kinds pass through."""
     known = isinstance(about, dict) and about.get("format") == FORMAT

@@ -42,7 +42,9 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
     for speed, games in _by_speed(rows).items():
         place = f"speed set {speed}"
         yield Table(f"Expected cost, {place}", (*GAME, *SHORT), _lines(games, _cost), COST)
-        yield Table(f"Pr(any agent crashes), {place}", (*GAME, *SHORT), _lines(games, chance), CRASH)
+        yield Table(
+            f"Pr(any agent crashes), {place}", (*GAME, *SHORT), _lines(games, chance), CRASH
+        )
         columns = (*GAME, *(f"{what}\n{kind}" for what in ("cost", "risk") for kind in KINDS))
         yield Table(f"Selfish over social, {place}", columns, _prices(games), PRICE)
         names = tuple(SHORT[PLAYERS.index(name)] for name in SELFISH)
