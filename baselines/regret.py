@@ -37,14 +37,14 @@ class RegretBound:
     regret : the gain of the best deviation found, clipped at zero, with its interval; an estimate
         of a lower bound.
     most : an upper bound: the upper limit of the agent's mean cost less what it costs at least
-        alone; None where that is not known.
+        alone.
     deviation : the best one: ``grid``, ``planned``, ``trained`` or ``none``.
     gains : gain of each deviation, in the same episodes; may be negative.
     cost : the agent's mean cost without deviation, in these episodes.
     """
 
     regret: Interval
-    most: float | None
+    most: float
     deviation: str
     gains: dict[str, Interval]
     cost: Interval
@@ -119,10 +119,8 @@ def _bound(
     return RegretBound(regret, most, best, evaluated, cost)
 
 
-def _most(game: Game, agent: int, cost: Interval, rules: Rules | None) -> float | None:
+def _most(game: Game, agent: int, cost: Interval, rules: Rules | None) -> float:
     """Return the upper limit of the cost less the proved cost of the agent alone."""
-    from solvers.feedback.lower_bound import solo_bound_applies, solo_lower_bound
+    from solvers.feedback.lower_bound import solo_lower_bound
 
-    if not solo_bound_applies(game, agent, rules):
-        return None
     return max(cost.high - solo_lower_bound(game, agent, rules), 0.0)

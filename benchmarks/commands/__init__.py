@@ -14,6 +14,7 @@ from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
 from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.explain import explain
+from benchmarks.commands.feedback import feedback
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.reproduce import reproduce
@@ -34,6 +35,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "equilibria": equilibria,
     "risk": risk,
     "train": train,
+    "feedback": feedback,
     "compare": compare,
     "regret": regret,
     "reproduce": reproduce,

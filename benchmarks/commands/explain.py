@@ -65,13 +65,24 @@ TOPICS: dict[str, dict[str, str]] = {
         "regret from": "What the agent gains by the best deviation found, in its expected cost; the "
         "others play on unchanged. An estimate of a lower bound: a better deviation may exist.",
         "to": "Upper bound: the upper limit of the agent's expected cost, less a proved bound on "
-        "what it costs at least if it were alone. Empty where that is not computed.",
+        "what it costs at least if it were alone.",
         "gain grid": "Gain of the best response by dynamic programming on a grid of the joint "
         "state, for games whose joint state has at most four dimensions.",
         "gain trained": "Gain of a deviation trained by PPO against the frozen others.",
         "gain planned": "Gain of the planner's best response to the others' mean behaviour.",
         "deviation": "The best deviation, chosen on other episodes than it is evaluated on; none "
         "if none gains.",
+        **SHARED,
+    },
+    "feedback": {
+        "grid value": "Expected cost by dynamic programming on the grid: an estimate, never a "
+        "bound.",
+        "expected cost": "Mean cost of the policies in simulated episodes: what counts.",
+        "no players have less": "Proved lower bound on the mean of all agents' expected costs, "
+        "whatever the players do and see.",
+        "gain of a best response": "What the agent saves by a best response that is computed on a "
+        "finer grid, simulated with the same noise: a lower bound on its regret, with its interval; "
+        "negative if its own policy is the better one.",
         **SHARED,
     },
     "game": {

@@ -130,8 +130,7 @@ def _print(
         gains = [bound.gains.get(kind) for kind in deviations]
         shown = ["" if gain is None else interval(gain, ".3f", ".3f") for gain in gains]
         regret = interval(bound.regret, ".3f", ".3f")
-        most = "" if bound.most is None else f"{bound.most:.3f}"
-        rows.append((game.agent_names[i], bound.deviation, regret, most, *shown))
+        rows.append((game.agent_names[i], bound.deviation, regret, f"{bound.most:.3f}", *shown))
     print_table(
         f"{name} in {game_name(game)}: regret in the environment",
         ("agent", "deviation", "regret from", "to", *(f"gain {kind}" for kind in deviations)),

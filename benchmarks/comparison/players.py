@@ -110,10 +110,10 @@ def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
 
 def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned | FeedbackSolution:
     from baselines.policy_file import read_learned
-    from solvers.feedback.feedback_file import is_feedback_file, read_feedback
+    from solvers.feedback.policy_file import is_feedback, read_feedback
 
-    if is_feedback_file(name):
-        return read_feedback(name, game)
+    if is_feedback(name):
+        return read_feedback(name)
     learned = read_learned(name)
     if not learned.fits(game):
         warnings.warn(f"{name} was trained for another game than this one.", stacklevel=2)

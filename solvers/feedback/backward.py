@@ -74,7 +74,7 @@ def memory(model: JointModel, chooser: Chooser) -> int:
     """Return the bytes that :func:`solve_backward` needs at most."""
     states = model.shape[0] * model.shape[1]
     stages = model.rules.steps(model.game)
-    per_stage = FLOAT * chooser.kept + len(chooser.agents) * _action_type(model).itemsize
+    per_stage = FLOAT * chooser.kept + len(chooser.agents) * (1 if model.most_actions <= 256 else 2)
     moves = sum(part.nbytes for i in range(2) for part in vars(model.moves(i, 0)).values())
     return states * (stages * per_stage + SPARE * FLOAT) + moves
 
@@ -145,11 +145,6 @@ def _continue(model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarr
     else:
         field += (1.0 - first.stays)[:, None] * ahead[None]
     return field
-
-
-def _action_type(model: JointModel) -> np.dtype:
-    most = max(len(model.moves(i, 0).actions) for i in range(2))
-    return np.dtype(np.uint8 if most <= 256 else np.uint16)
 
 
 def _check_memory(needed: int, limit: float) -> None:

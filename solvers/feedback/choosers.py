@@ -10,7 +10,7 @@ from solvers.feedback.equilibrium_kernels import NONE, stage_equilibria
 from solvers.feedback.frozen_players import Observer, grid_actions
 from solvers.feedback.joint_model import JointModel
 from solvers.feedback.moves import after, project
-from solvers.feedback.stage_kernels import erode, respond, settle
+from solvers.feedback.stage_kernels import Side, erode, respond, settle
 
 STARTS = ("selfish", "social", "swapped")
 """Rules for the actions from which best responses begin."""
@@ -18,12 +18,19 @@ STARTS = ("selfish", "social", "swapped")
 ROUNDS = 12
 """Best responses at a state before all pairs of actions are enumerated."""
 
+DESCENTS = 8
+"""Improvements in turn of a pair of actions that minimises the sum of costs."""
+
+Costs = tuple[list[np.ndarray], np.ndarray]
+"""Costs (K0, K1) of each agent that is solved for, and actions (F, K0, K1)."""
+
 
 class JointOptimum:
     """Actions that minimise the sum of both costs.
 
-    The least cost over pairs of moves is a minimum over the second agent's moves, and then over
-    the first's.
+    The least cost over pairs of moves to grid points is a minimum over the second agent's moves,
+    and then over the first's.  Where moves end between grid points, or overlaps depend on the
+    states before the moves, agents then improve their actions in turn.
     """
 
     agents = (0, 1)
@@ -33,29 +40,19 @@ class JointOptimum:
     def __init__(self, model: JointModel) -> None:
         self._model = model
 
-    def choose(
-        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
-    ) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
         """Return costs and actions of both agents."""
         model = self._model
-        sides = [model.side(i, clock) for i in range(2)]
-        total = self._total(fields)
-        middle, second = np.empty_like(total.T, order="C"), np.empty(total.T.shape, np.int32)
-        erode(np.ascontiguousarray(total.T), sides[1].index, sides[1].weight, sides[1].cost,
-              middle, second)  # fmt: skip
-        least, first = np.empty_like(total), np.empty(total.shape, np.int32)
-        erode(np.ascontiguousarray(middle.T), sides[0].index, sides[0].weight, sides[0].cost,
-              least, first)  # fmt: skip
-        ends = np.take_along_axis(_nearest(sides[0]), first, axis=1)
-        choice = np.stack([first, second.T[ends, np.arange(total.shape[1])[None]]])
-        return settled(model, sides, fields, choice)
-
-    def _total(self, fields: list[np.ndarray]) -> np.ndarray:
-        """Return the sum of the agents' costs (K0, K1) after moves, crashes included."""
-        risk, crash = self._model.on_grid, self._model.crash.sum()
+        sides = [model.side(i, clock, ahead[i]) for i in range(2)]
         total = fields[0] + fields[1]
-        lost = crash - total if self._model.risk.removes else np.float32(crash)
-        return total + risk * lost
+        choice = joint_choice(model, sides, total)
+        if not model.separable:
+            how, crash = np.empty(model.shape, np.uint8), np.full(2, model.crash.sum())
+            stage_equilibria(
+                np.ascontiguousarray(total.T), total, sides[0], sides[1], model.risk, crash,
+                _reach(sides[0]), _reach(sides[1]), False, DESCENTS, False, choice, how,
+            )  # fmt: skip
+        return _settled(model, sides, fields, choice)
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
         """Return the sum of the fields."""
@@ -78,28 +75,31 @@ class StageEquilibrium:
         """Share of stage games so far without a pure equilibrium."""
         return self._lacking / max(self._games, 1)
 
-    def choose(
-        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
-    ) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
         """Return costs and actions of both agents."""
         model = self._model
-        sides = [model.side(i, clock) for i in range(2)]
-        choice = self._begin(clock, fields, ahead)
+        sides = [model.side(i, clock, ahead[i]) for i in range(2)]
+        choice = self._begin(clock, sides, fields, ahead)
         how = np.empty(model.shape, np.uint8)
-        own = np.ascontiguousarray(fields[0].T)
-        stage_equilibria(own, fields[1], sides[0], sides[1], model.risk, model.crash,
-                         _reach(sides[0]), _reach(sides[1]), self._start == "swapped", ROUNDS,
-                         choice, how)  # fmt: skip
+        stage_equilibria(
+            np.ascontiguousarray(fields[0].T), fields[1], sides[0], sides[1], model.risk,
+            model.crash, _reach(sides[0]), _reach(sides[1]), self._start == "swapped", ROUNDS, True,
+            choice, how,
+        )  # fmt: skip
         self._games += how.size
         self._lacking += int((how == NONE).sum())
-        return settled(model, sides, fields, choice)
+        return _settled(model, sides, fields, choice)
 
     def _begin(
-        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+        self,
+        clock: int,
+        sides: list[Side],
+        fields: list[np.ndarray],
+        ahead: dict[int, np.ndarray],
     ) -> np.ndarray:
         """Return the actions (2, K0, K1) from which best responses begin."""
         if self._start == "social":
-            return JointOptimum(self._model).choose(clock, fields, ahead)[1].astype(np.int32)
+            return joint_choice(self._model, sides, fields[0] + fields[1])
         choice = np.empty((2, *self._model.shape), np.int32)
         for i in range(2):
             alone = self._model.alone(i, clock, ahead[i]).argmin(axis=1)
@@ -112,7 +112,10 @@ class StageEquilibrium:
 
 
 class Response:
-    """Best actions of one agent against a given player."""
+    """Best actions of one agent against a given player.
+
+    A player that does not observe others is asked at each of its own grid states only.
+    """
 
     stationary = False
     kept = 1
@@ -122,29 +125,31 @@ class Response:
         self.agents = (agent,)
         self._observer = Observer(model.game, model.rules, 1 - agent)
 
-    def choose(
-        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
-    ) -> tuple[list[np.ndarray], np.ndarray]:
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
         """Return costs and actions of the agent."""
         model, agent, other = self._model, self._agent, 1 - self._agent
-        side, grid = model.side(agent, clock), model.grids[other]
+        side, grid = model.side(agent, clock, ahead[agent]), model.grids[other]
         field = fields[0] if agent == 1 else np.ascontiguousarray(fields[0].T)
         out, best = np.empty_like(field), np.empty(field.shape, np.int32)
-        respond(field, side, model.risk, agent == 0, model.crash[agent], model.lam[agent],
-                _reach(side), grid.low, grid.step, grid.shape, self._other_ends(clock),
-                model.filters[other].stays, out, best)  # fmt: skip
+        respond(
+            field, side, model.risk, agent == 0, model.crash[agent], model.lam[agent],
+            _reach(side), grid.low, grid.step, grid.shape, grid.points, self._other_ends(clock),
+            model.stays(other), out, best,
+        )  # fmt: skip
         if agent == 0:
             out, best = np.ascontiguousarray(out.T), best.T
-        return [out], small(best[None], side.cost.size)
+        return [out], _small(best[None], side.cost.shape[1])
 
     def _other_ends(self, clock: int) -> np.ndarray:
-        """Return the states (K_other, K_own, 2) of the other agent after its moves."""
+        """Return the states (K_other, K_own or 1, 2) of the other agent after its moves."""
         model, other = self._model, 1 - self._agent
         mover = model.game.agents[other]
         states = [
             grid.points[:, : agent.state_dim]
             for grid, agent in zip(model.grids, model.game.agents, strict=True)
         ]
+        if self.player.information != "full state":
+            states[self._agent] = states[self._agent][:1]
         actions = grid_actions(
             self._observer, self.player, states[0], states[1], clock, mover.control_dim
         )
@@ -160,25 +165,47 @@ class Response:
         return fields[0][None]
 
 
-def settled(model, sides, fields, choice):
+def joint_choice(model: JointModel, sides: list[Side], total: np.ndarray) -> np.ndarray:
+    """Return actions (2, K0, K1) that minimise the sum of costs ``total`` (K0, K1) after moves.
+
+    Overlaps count as at grid points at the end of the step.
+    """
+    crash = np.float32(model.crash.sum())
+    lost = crash - total if model.risk.removes else crash
+    total = total + model.on_grid * lost
+    middle, second = np.empty_like(total.T, order="C"), np.empty(total.T.shape, np.int32)
+    erode(
+        np.ascontiguousarray(total.T), sides[1].index, sides[1].weight, sides[1].cost, middle,
+        second,
+    )  # fmt: skip
+    least, first = np.empty_like(total), np.empty(total.shape, np.int32)
+    erode(
+        np.ascontiguousarray(middle.T), sides[0].index, sides[0].weight, sides[0].cost, least, first
+    )
+    ends = np.take_along_axis(_nearest(sides[0]), first, axis=1)
+    return np.stack([first, second.T[ends, np.arange(total.shape[1])[None]]])
+
+
+def _settled(
+    model: JointModel, sides: list[Side], fields: list[np.ndarray], choice: np.ndarray
+) -> Costs:
     """Return the costs of both agents for the actions ``choice`` (2, K0, K1), and the actions."""
     out = np.empty((2, *model.shape), np.float32)
-    choice = np.ascontiguousarray(choice, dtype=np.int32)
     settle(np.stack(fields), sides[0], sides[1], model.risk, model.crash, model.lam, choice, out)
-    return [out[0], out[1]], small(choice, max(side.cost.size for side in sides))
+    return [out[0], out[1]], _small(choice, max(side.cost.shape[1] for side in sides))
 
 
-def small(choice: np.ndarray, actions: int) -> np.ndarray:
+def _small(choice: np.ndarray, actions: int) -> np.ndarray:
     """Return the numbers of actions in the smallest type that fits."""
     return choice.astype(np.uint8 if actions <= 256 else np.uint16)
 
 
-def _reach(side) -> np.ndarray:
+def _reach(side: Side) -> np.ndarray:
     """Return (K, 4) lowest and highest states after a move from each grid point."""
     return np.concatenate([side.ends.min(axis=1), side.ends.max(axis=1)], axis=1)
 
 
-def _nearest(side) -> np.ndarray:
+def _nearest(side: Side) -> np.ndarray:
     """Return (K, A) the grid point of the largest weight after each move."""
     largest = side.weight.argmax(axis=2)[..., None]
     return np.take_along_axis(side.index, largest, axis=2)[..., 0]

@@ -20,27 +20,46 @@ SLACK = 1e-6
 
 @njit(cache=True, parallel=True)
 def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach_first,
-                     reach_second, swapped, rounds, choice, how):  # fmt: skip
+                     reach_second, swapped, rounds, enumerate_pairs,
+                     choice, how):  # fmt: skip
     """Improve ``choice`` (2, K1, K2) to an equilibrium of each stage game; write how.
 
     ``own_fields`` (K2, K1) is the first agent's field, ``other_fields`` (K1, K2) the second's.
     """
     for x in prange(choice.shape[1]):
-        values = (np.empty(first.cost.size, np.float32), np.empty(second.cost.size, np.float32))
+        values = (
+            np.empty(first.cost.shape[1], np.float32),
+            np.empty(second.cost.shape[1], np.float32),
+        )
         for y in range(choice.shape[2]):
             a, b = choice[0, x, y], choice[1, x, y]
             settled = 0
             for turn in range(rounds):
                 if (turn % 2 == 0) != swapped:
-                    near = is_near(risk, False, reach_second, y, first.ends[x, a])
+                    near = is_near(
+                        risk,
+                        False,
+                        second.points[y],
+                        first.points[x],
+                        reach_second[y],
+                        first.ends[x, a],
+                    )
                     new, _ = best_move(other_fields, second, risk, False, crash[1], y,
-                                       first.index[x, a], first.weight[x, a], first.ends[x, a],
-                                       first.stays[x, a], near, values[1])  # fmt: skip
+                                       first.points[x], first.index[x, a], first.weight[x, a],
+                                       first.ends[x, a], first.stays[x, a], near,
+                                       values[1])  # fmt: skip
                     settled = settled + 1 if new == b and turn > 0 else 0
                     b = new
                 else:
-                    near = is_near(risk, True, reach_first, x, second.ends[y, b])
-                    new, _ = best_move(own_fields, first, risk, True, crash[0], x,
+                    near = is_near(
+                        risk,
+                        True,
+                        first.points[x],
+                        second.points[y],
+                        reach_first[x],
+                        second.ends[y, b],
+                    )
+                    new, _ = best_move(own_fields, first, risk, True, crash[0], x, second.points[y],
                                        second.index[y, b], second.weight[y, b], second.ends[y, b],
                                        second.stays[y, b], near, values[0])  # fmt: skip
                     settled = settled + 1 if new == a and turn > 0 else 0
@@ -48,7 +67,7 @@ def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach
                 if settled >= 1:
                     break
             how[x, y] = EQUILIBRIUM
-            if settled == 0:
+            if settled == 0 and enumerate_pairs:
                 a, b, how[x, y] = _enumerate(own_fields, other_fields, first, second, risk, crash,
                                              x, y)  # fmt: skip
             choice[0, x, y], choice[1, x, y] = a, b
@@ -86,7 +105,7 @@ def _pair(field, own, other, risk, own_first, crash, x, a, y, b):
         for s in range(own.index.shape[2]):
             part += own.weight[x, a, s] * field[row, own.index[x, a, s]]
         value += other.weight[y, b, t] * part
-    p = overlap(risk, own_first, own.ends[x, a], other.ends[y, b])
+    p = overlap(risk, own_first, own.points[x], other.points[y], own.ends[x, a], other.ends[y, b])
     p *= own.stays[x, a] * other.stays[y, b]
     value += p * (crash - value if risk.removes else crash)
-    return value + own.cost[a]
+    return value + own.cost[x, a]

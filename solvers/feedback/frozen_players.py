@@ -60,10 +60,14 @@ def grid_actions(
     ``first`` (K0, n) and ``second`` (K1, n) are the grid states of the two agents.
     """
     rows, columns = len(first), len(second)
+    on_grid = getattr(player, "nearest_actions", None)  # look-ahead is slow for whole grids
     result = np.empty((rows * columns, inputs))
     for start in range(0, rows * columns, CHUNK):
         pairs = np.arange(start, min(start + CHUNK, rows * columns))
         state = np.stack([first[pairs // columns], second[pairs % columns]], axis=1)
+        if on_grid is not None:
+            result[pairs] = on_grid(state, clock)
+            continue
         times = np.full(len(pairs), clock, dtype=np.int64)
         result[pairs] = player.act(observer.view(state, times))
     return result.reshape(rows, columns, inputs)

@@ -3,7 +3,8 @@
 The field of an agent is contracted over the other's stencil to the window of grid points that the
 agent can reach; its actions are then compared on this window, first all of a set, then with finer
 steps around the best.  Cubic convolution is used in all four dimensions, and the table of overlaps
-for crashes (:mod:`solvers.feedback.stage_kernels` has the formula).
+for crashes (:mod:`solvers.feedback.stage_kernels` has the formula).  ``harm`` are
+crashes with obstacles, over positions of the agent, and ``risk`` those with the other agent.
 """
 
 from __future__ import annotations
@@ -13,14 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ppg_env.env.projection import project_on_faces
 from solvers.feedback.cubic import keys_weights
+from solvers.feedback.event_table import chance
 from solvers.feedback.stage_kernels import overlap, stencil
 
 REFINEMENTS = 3
 """Halvings of the distance between actions."""
 
-SWEEPS = 4
+SHORTEST = 0.1
+"""A smaller part of a shift to the border of the control set is not tried."""
+
+SWEEPS = 3
 """Most actions that are chosen in turn, per agent, for one joint decision."""
 
 
@@ -29,7 +33,8 @@ class Body(NamedTuple):
 
     low, step, shape (2,): the grid; A (2, 2), B (2, m); normals, offsets: faces of the control
     set; actions (A, m); span (2, 2): lowest and highest B u; spacing (m,): between actions;
-    effort; stays (n0, n1): probability of no arrival.
+    effort; stays (n0, n1): probability of no arrival; crash: cost of a crash; share: the agent's
+    part of the costs in the field.
     """
 
     low: np.ndarray
@@ -44,6 +49,8 @@ class Body(NamedTuple):
     spacing: np.ndarray
     effort: float
     stays: np.ndarray
+    crash: float
+    share: float
 
 
 @njit(cache=True)
@@ -73,15 +80,27 @@ def read(body, window, i0, j0, y, w0, w1):
 
 
 @njit(cache=True)
-def price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end, other_stays, w0, w1):
-    """Return the cost of the action ``u``; ``other_stays`` is zero without another agent."""
+def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
+    """Return the cost of the action ``u`` at state ``x``.
+
+    ``other`` (5,): the other's states before and after its move, and its probability of no
+    arrival, zero without another agent.
+    """
     advance(body, base, u, y)
     value = read(body, window, i0, j0, y, w0, w1)
-    if other_stays > 0.0:
-        p = overlap(risk, own_first, y, other_end) * other_stays
+    lost, stays = 0.0, -1.0
+    if other[4] > 0.0:
+        p = overlap(risk, own_first, x, other[:2], y, other[2:4]) * other[4]
         if p > 0.0:
-            p *= read(body, body.stays, 0, 0, y, w0, w1)
-            value += p * (crash - value if risk.removes else crash)
+            stays = read(body, body.stays, 0, 0, y, w0, w1)
+            lost += p * stays * (crash - value if risk.removes else crash)
+    if not harm.empty:
+        p = chance(harm, x[0], x[1], y[0], y[1])
+        if p > 0.0:
+            if stays < 0.0:
+                stays = read(body, body.stays, 0, 0, y, w0, w1)
+            lost += p * stays * (body.crash - body.share * value if risk.removes else body.crash)
+    value += lost
     if body.effort > 0.0:
         for q in range(u.size):
             value += body.effort * abs(u[q])
@@ -89,22 +108,22 @@ def price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end, o
 
 
 @njit(cache=True)
-def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_stays, finer, w0,
-           w1, best):  # fmt: skip
+def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, finer, w0, w1, best):
     """Write the best action of the set, or with ``finer`` the best near ``best``."""
     m = best.size
     y, u = np.empty(2), np.empty(m)
     if not finer:
         least, chosen = np.inf, 0
         for a in range(body.actions.shape[0]):
-            value = price(body, window, i0, j0, risk, own_first, crash, base, body.actions[a], y,
-                          other_end, other_stays, w0, w1)  # fmt: skip
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base,
+                          body.actions[a], y, other, w0, w1)  # fmt: skip
             if value < least:
                 least, chosen = value, a
         best[:] = body.actions[chosen]
         return
-    least = price(body, window, i0, j0, risk, own_first, crash, base, best, y, other_end,
-                  other_stays, w0, w1)  # fmt: skip
+    least = price(
+        body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0, w1
+    )
     middle = np.empty(m)
     for level in range(REFINEMENTS):
         middle[:] = best
@@ -114,35 +133,39 @@ def search(body, window, i0, j0, risk, own_first, crash, base, other_end, other_
                 shift = rest % 3 - 1
                 rest //= 3
                 still = still and shift == 0
-                u[q] = middle[q] + shift * body.spacing[q] * 0.5 ** (level + 1)
+                u[q] = shift * body.spacing[q] * 0.5 ** (level + 1)
             if still:
                 continue
-            limit(body, u)
-            value = price(body, window, i0, j0, risk, own_first, crash, base, u, y, other_end,
-                          other_stays, w0, w1)  # fmt: skip
+            room = limit(body, middle, u)
+            if room < SHORTEST:
+                continue
+            for q in range(m):
+                u[q] = middle[q] + room * u[q]
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y,
+                          other, w0, w1)  # fmt: skip
             if value < least:
                 least = value
                 best[:] = u
 
 
 @njit(cache=True)
-def limit(body, u):
-    """Project ``u`` on the control set where it is outside."""
+def limit(body, middle, shift):
+    """Return the part, up to 1, of ``shift`` that leads from ``middle`` to the set's border."""
+    room = 1.0
     for f in range(body.offsets.size):
-        along = -body.offsets[f]
-        for q in range(u.size):
-            along += body.normals[f, q] * u[q]
-        if along > 0.0:
-            project_on_faces(body.normals, body.offsets, 0, body.offsets.size, u)
-            return
+        along, left = 0.0, body.offsets[f]
+        for q in range(shift.size):
+            along += body.normals[f, q] * shift[q]
+            left -= body.normals[f, q] * middle[q]
+        if along > 1e-12:
+            room = min(room, max(left, 0.0) / along)
+    return room
 
 
 @njit(cache=True)
-def respond_to(body, field, own_first, risk, crash, base, other, other_end, coarse, finer, w0, w1,
-               index, weight, window, best):  # fmt: skip
-    """Write the best action of ``body`` when the other agent goes to ``other_end``."""
-    count = stencil(other.low, other.step, other.shape, other_end[0], other_end[1], w0, w1, index,
-                    weight)  # fmt: skip
+def contract(body, field, own_first, base, far, at, w0, w1, index, weight, window):
+    """Write the field at the other's state ``at`` to the window in reach; return its corner."""
+    count = stencil(far.low, far.step, far.shape, at[0], at[1], w0, w1, index, weight)
     edge = np.empty((2, 2), np.int64)
     for k in range(2):
         last = body.shape[k] - 1
@@ -161,28 +184,44 @@ def respond_to(body, field, own_first, risk, crash, base, other, other_end, coar
                 else:
                     value += weight[t] * field[index[t], k]
             window[i - i0, j - j0] = value
-    stays = read(other, other.stays, 0, 0, other_end, w0, w1)
-    for stage in range(2):
-        if (coarse, finer)[stage]:
-            search(body, window, i0, j0, risk, own_first, crash, base, other_end, stays,
-                   stage == 1, w0, w1, best)  # fmt: skip
+    return i0, j0
+
+
+@njit(cache=True)
+def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, far_y, coarse,
+               finer, w0, w1, index, weight, window, best):  # fmt: skip
+    """Write the best action of ``body`` when the other agent ``far`` goes from x to y."""
+    i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
+    other = np.empty(5)
+    other[:2], other[2:4] = far_x, far_y
+    other[4] = read(far, far.stays, 0, 0, far_y, w0, w1)
+    if coarse:
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best
+        )
+    if finer:
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, True, w0, w1, best
+        )
 
 
 @njit(cache=True, parallel=True)
-def respond_everywhere(body, field, own_first, risk, crash, other, states, other_ends, size,
-                       actions):  # fmt: skip
-    """Write the best actions (C, m) at ``states`` (C, 2), given the other's ends (C, 2)."""
+def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
+                       size, actions):  # fmt: skip
+    """Write the best actions (C, m) at ``states`` (C, 2), given where the other goes (C, 2)."""
     for c in prange(states.shape[0]):
         w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
         index, weight = np.empty(16, np.int64), np.empty(16)
         window = np.empty((size[0], size[1]))
         base[:] = body.A @ states[c]
-        respond_to(body, field, own_first, risk, crash, base, other, other_ends[c], True, True, w0,
-                   w1, index, weight, window, actions[c])  # fmt: skip
+        respond_to(body, harm, field, own_first, risk, crash, states[c], base, far, far_states[c],
+                   far_ends[c], True, True, w0, w1, index, weight, window, actions[c])  # fmt: skip
 
 
 @njit(cache=True, parallel=True)
-def decide_jointly(first, second, fields, crash, risk, choice, states, size, one, two):
+def decide_jointly(
+    first, second, first_harm, second_harm, fields, crash, risk, choice, states, size, one, two
+):
     """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
 
     They start as those of the nearest grid state; then each agent in turn takes the best of its
@@ -198,34 +237,40 @@ def decide_jointly(first, second, fields, crash, risk, choice, states, size, one
         i, j = nearest(first, states[c, 0]), nearest(second, states[c, 1])
         one[c] = first.actions[choice[0, i, j]]
         two[c] = second.actions[choice[1, i, j]]
-        before, agreed = np.empty(max(one.shape[1], two.shape[1])), False
-        for sweep in range(SWEEPS + 1):
-            finer = agreed or sweep == SWEEPS
-            advance(second, base[1], two[c], z)
-            before[: one.shape[1]] = one[c]
-            respond_to(first, fields[0], True, risk, crash[0], base[0], second, z, not finer,
-                       finer, w0, w1, index, weight, window, one[c])  # fmt: skip
-            same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
-            if not (same and sweep > 0) or finer:
+        before, unchanged, turn = np.empty(max(one.shape[1], two.shape[1])), 0, 0
+        advance(second, base[1], two[c], z)
+        # The last two turns refine the actions of both.
+        while turn < 2 * SWEEPS + 2:
+            finer = turn >= 2 * SWEEPS
+            if turn % 2 == 0:
+                before[: one.shape[1]] = one[c]
+                respond_to(first, first_harm, fields[0], True, risk, crash[0], states[c, 0],
+                           base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
+                           weight, window, one[c])  # fmt: skip
                 advance(first, base[0], one[c], y)
-                before[: two.shape[1]] = two[c]
-                respond_to(second, fields[1], False, risk, crash[1], base[1], first, y, not finer,
-                           finer, w0, w1, index, weight, window, two[c])  # fmt: skip
-                agreed = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
+                same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
             else:
-                agreed = True
-            if finer:
-                break
+                before[: two.shape[1]] = two[c]
+                respond_to(second, second_harm, fields[1], False, risk, crash[1], states[c, 1],
+                           base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
+                           weight, window, two[c])  # fmt: skip
+                advance(second, base[1], two[c], z)
+                same = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
+            unchanged = unchanged + 1 if same else 1
+            turn += 1
+            if unchanged == 2 and turn < 2 * SWEEPS and turn % 2 == 0:
+                turn = 2 * SWEEPS
 
 
 @njit(cache=True, parallel=True)
-def decide_alone(body, alone, risk, states, actions):
+def decide_alone(body, harm, alone, risk, states, actions):
     """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
     for c in prange(states.shape[0]):
-        w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
+        w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.zeros(5)
         base[:] = body.A @ states[c]
         for finer in (False, True):
-            search(body, alone, 0, 0, risk, True, 0.0, base, base, 0.0, finer, w0, w1, actions[c])
+            search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,
+                   actions[c])  # fmt: skip
 
 
 @njit(cache=True)

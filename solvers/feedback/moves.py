@@ -16,6 +16,7 @@ from numba import njit, prange
 
 from ppg_env.env.projection import project_on_faces
 from ppg_env.game.agent import Agent
+from ppg_env.game.input_sets import bounds
 from ppg_env.game.polytope import Polytope
 from solvers.feedback.cubic import keys_weights
 from solvers.feedback.grid import AXES, Grid, padded
@@ -51,6 +52,10 @@ class Moves:
         """Whether every move ends on a grid point."""
         return self.index.shape[2] == 1
 
+    def at(self, values: np.ndarray) -> np.ndarray:
+        """Return ``values`` (K,) of grid points at the states after each move, (K, A)."""
+        return np.einsum("kas,kas->ka", self.weight, values[self.index])
+
 
 def make_moves(mover: Agent, grid: Grid, control: Polytope) -> Moves:
     """Return the moves of ``mover`` with inputs in ``control``."""
@@ -67,6 +72,16 @@ def after(mover: Agent, states: np.ndarray, actions: np.ndarray) -> np.ndarray:
     """Return A x + B u (..., 2) for grid states (..., 2) and inputs (..., m)."""
     moved = states[..., : mover.state_dim] @ mover.A.T
     return padded(moved + actions @ mover.B.T)
+
+
+def longest_move(mover: Agent, grid: Grid) -> np.ndarray:
+    """Return the largest change (2,) of each state component in a step without noise."""
+    last = grid.low + grid.step * (np.array(grid.shape) - 1)
+    corners = np.array(list(product(*zip(grid.low, last, strict=True))))
+    drift = after(mover, corners, np.zeros((1, mover.control_dim))) - corners
+    low, high = bounds(mover.control)
+    push = np.abs(mover.B) @ np.maximum(np.abs(low), np.abs(high))
+    return np.abs(drift).max(axis=0) + padded(push)
 
 
 def action_set(mover: Agent, grid: Grid, control: Polytope) -> np.ndarray:

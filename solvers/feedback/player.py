@@ -49,10 +49,10 @@ class Policy:
 
     def body(self, agent: int, clock: int) -> Body:
         """Return an agent as the kernels take it."""
-        return make_body(self.model, agent, clock)
+        return make_body(self.model, agent, clock, 0.5 if self.kind == "optimum" else 1.0)
 
 
-def make_body(model: JointModel, agent: int, clock: int) -> Body:
+def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
     """Return ``agent`` of ``model`` at ``clock`` as the kernels take it."""
     mover, grid = model.game.agents[agent], model.grids[agent]
     control = set_at(mover.control, clock)
@@ -70,7 +70,7 @@ def make_body(model: JointModel, agent: int, clock: int) -> Body:
     return Body(
         grid.low, grid.step, np.array(grid.shape), A, B, control.normals, control.offsets, actions,
         np.stack([ends.min(axis=0), ends.max(axis=0)]), np.array(spacing), mover.effort,
-        model.filters[agent].stays.reshape(grid.shape).astype(np.float64),
+        model.stays(agent).reshape(grid.shape).astype(np.float64), float(model.crash[agent]), share,
     )  # fmt: skip
 
 
@@ -99,24 +99,36 @@ class FeedbackPlayer:
                 action[alone] = self._alone(view.state[alone, self.agent], clock)
         return action
 
+    def nearest_actions(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return the grid's actions (C, m) at the grid states nearest to ``states`` (C, 2, n).
+
+        Unlike :meth:`act` it does not look ahead; all agents are in traffic.
+        """
+        policy, own = self.policy, self.agent
+        at = [policy.model.grids[i].nearest(self._padded(states[:, i], i)) for i in range(2)]
+        choice = policy.stages.choice[policy.row(clock)]
+        kept = choice[own if len(choice) == 2 else 0, at[0], at[1]]
+        return self._body(own, clock).actions[kept]
+
     def _together(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at the joint ``states`` (C, 2, n)."""
         policy, own = self.policy, self.agent
         row, model = policy.row(clock), policy.model
         bodies = [self._body(i, clock) for i in range(2)]
-        sizes = [self._window(body) for body in bodies]
-        size = np.max(sizes, axis=0)
+        harms = [model.harm(i, clock) for i in range(2)]
+        size = np.max([self._window(body) for body in bodies], axis=0)
         at = [self._padded(states[:, i], i) for i in range(2)]
         actions = [np.zeros((len(states), body.B.shape[1])) for body in bodies]
         if policy.partner is None:
-            decide_jointly(bodies[0], bodies[1], np.ascontiguousarray(policy.fields(row)),
-                           policy.crash(), model.risk, policy.stages.choice[row],
-                           np.stack(at, axis=1), size, *actions)  # fmt: skip
+            decide_jointly(bodies[0], bodies[1], harms[0], harms[1],
+                           np.ascontiguousarray(policy.fields(row)), policy.crash(),
+                           model.risk, policy.stages.choice[row], np.stack(at,
+                           axis=1), size, *actions)  # fmt: skip
             return actions[own]
         ends = self._partner_ends(states, clock)
-        respond_everywhere(bodies[own], policy.stages.fields[row, 0], own == 0, model.risk,
-                           policy.crash()[own], bodies[1 - own], at[own], ends, size,
-                           actions[own])  # fmt: skip
+        respond_everywhere(bodies[own], harms[own], policy.stages.fields[row, 0], own == 0,
+                           model.risk, policy.crash()[own], bodies[1 - own], at[own], at[1 -
+                           own], ends, size, actions[own])  # fmt: skip
         return actions[own]
 
     def _partner_ends(self, states: np.ndarray, clock: int) -> np.ndarray:
@@ -132,11 +144,11 @@ class FeedbackPlayer:
     def _alone(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at ``states`` (C, n) without the other agent."""
         policy, grid = self.policy, self.policy.model.grids[self.agent]
-        body = self._body(self.agent, clock)
+        body = self._body(self.agent, clock)._replace(share=1.0)
         actions = np.zeros((len(states), body.B.shape[1]))
         alone = policy.stages.alone[self.agent][policy.row(clock)].reshape(grid.shape)
-        decide_alone(body, alone.astype(np.float64), policy.model.risk,
-                     self._padded(states, self.agent), actions)  # fmt: skip
+        decide_alone(body, policy.model.harm(self.agent, clock), alone.astype(np.float64),
+                     policy.model.risk, self._padded(states, self.agent), actions)  # fmt: skip
         return actions
 
     def _padded(self, states: np.ndarray, agent: int) -> np.ndarray:
@@ -146,8 +158,8 @@ class FeedbackPlayer:
         return np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
 
     def _body(self, agent: int, clock: int) -> Body:
-        """Return an agent at ``clock``, made once per control set."""
-        key = agent, id(set_at(self.policy.model.game.agents[agent].control, clock))
+        """Return an agent at ``clock``, made once per epoch."""
+        key = agent, self.policy.model.epoch(clock)
         if key not in self._bodies:
             self._bodies[key] = self.policy.body(agent, clock)
         return self._bodies[key]
