@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from statistics import median
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -12,10 +11,9 @@ from benchmarks.speed.environment import on_one_core
 from benchmarks.speed.measurement import Measurement
 from ppg_env import tolerances as tol
 from ppg_env.env import episodes as arena
-from ppg_env.env.players import View
 from ppg_env.scenarios.make import make_game
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
-from solvers.feedback.receding_horizon import RecedingHorizon
+from solvers.feedback.replanning import replanning
 from solvers.optimum.joint import social_optimum
 from solvers.solution import Status
 
@@ -26,7 +24,7 @@ LIMIT = 300.0
 
 
 def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]:
-    """Measure Nash equilibria, then decisions of a receding horizon, then social optima."""
+    """Measure Nash equilibria, then players that plan again, then social optima."""
     with on_one_core():
         for name, wanted in (("circle(6)", 5),) if quick else EQUILIBRIA:
             solution = best_response_dynamics(make_game(name))
@@ -34,7 +32,8 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
             certified = solution.status is Status.EQUILIBRIUM and regret <= tol.EQUILIBRIUM
             label = f"equilibrium of {name}" + " (not certified)" * (not certified)
             yield Measurement(f"{label}: s", solution.seconds, wanted)
-        yield _decisions(20 if quick else 200, seed)
+        for name in ("head_on", "intersection3"):
+            yield from _decisions(name, 20 if quick else 200, seed)
         if not quick:
             yield from _proved()
         for name, wanted in (("circle(6)", 0),) if quick else OPTIMA:
@@ -51,31 +50,17 @@ def _proved() -> Iterator[Measurement]:
     yield Measurement("social optimum of circle(5): gap in %", 100 * solution.gap, 0, True)
 
 
-class _Timed(RecedingHorizon):
-    """Records the seconds of each call that made new plans."""
-
-    spent: list[float]
-
-    def act(self, view: View) -> np.ndarray:
-        started, due = perf_counter(), self._due(view)
-        action = super().act(view)
-        if due:
-            self.spent.append((perf_counter() - started) / due)
-        return action
-
-    def _due(self, view: View) -> int:
-        own = view.clock[view.in_traffic[:, self._agent]]
-        return int(((own > 0) & (own % self._every == 0)).sum())
-
-
-def _decisions(episodes: int, seed: int) -> Measurement:
-    spent: list[float] = []
-    for name, speed in (("head_on", "box"), ("intersection", "l1")):
-        game = make_game(name, speed=speed)
-        profile = best_response_dynamics(game).profile
-        assert profile is not None
-        players = [_Timed(game, i, profile) for i in range(len(game.agents))]
-        for player in players:
-            player.spent = spent
-        arena.evaluate(game, players, episodes=episodes, seed=seed)
-    return Measurement("receding horizon, two agents: median ms", 1e3 * median(spent), 30)
+def _decisions(scenario: str, episodes: int, seed: int) -> Iterator[Measurement]:
+    """Measure players that plan again for all agents at every step."""
+    game = make_game(scenario, speed="l1", objective="risk", lam=0.8)
+    profile = social_optimum(game).profile
+    assert profile is not None
+    for name, social in (("receding-social", True), ("receding-nash", False)):
+        players = replanning(game, profile, social=social)
+        arena.evaluate(game, players, episodes=2, seed=seed)  # compiles
+        started = process_time()
+        played = arena.evaluate(game, players, episodes=episodes, seed=seed)
+        decisions = played.arrival.sum()
+        rate = decisions / (process_time() - started)
+        label = f"decisions of {name} in {scenario}: per s"
+        yield Measurement(label, rate, 200.0 if len(game.agents) == 2 else 30.0, True)

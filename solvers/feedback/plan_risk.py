@@ -9,22 +9,9 @@ that is best at both of its ends.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
-from solvers.feedback.plan_library import FAR, NODES
-
-
-@njit(inline="always")
-def normal_below(tail, x):
-    """Return the normal distribution function at ``x``, from the table ``tail``."""
-    place = (x + FAR) * NODES
-    if place <= 0.0:
-        return 0.0
-    k = int(place)
-    if k >= tail.size - 1:
-        return 1.0
-    return tail[k] + (place - k) * (tail[k + 1] - tail[k])
+from solvers.feedback.normal_tail import normal_below
 
 
 @njit(inline="always")

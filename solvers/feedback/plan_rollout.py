@@ -9,7 +9,7 @@ from __future__ import annotations
 from numba import njit
 
 from ppg_env.env.projection import project_on_faces
-from solvers.feedback.plan_risk import normal_below
+from solvers.feedback.normal_tail import normal_below
 
 GO, KEEP, TRACK = range(3)
 """After the window: head for the region, keep the earlier inputs; or track the game's plan."""
@@ -74,6 +74,19 @@ def arrival_chance(goal, deviations, tolerance, tail, i, means, t, goal_size):
     return chance
 
 
+@njit(inline="always")
+def leads_out(walls, limits, first, last, means, t, clock):
+    """Return whether the step that ends at time t leads further out of the workspace."""
+    out, row = False, min(clock + t, limits.shape[0] - 1)
+    for w in range(first, last):
+        before, after = 0.0, 0.0
+        for b in range(means.shape[1]):
+            before += walls[w, b] * means[t - 1, b]
+            after += walls[w, b] * means[t, b]
+        out = out or (after > limits[row, w] + 1e-6 and after > before)
+    return out
+
+
 @njit(cache=True)
 def roll(
     g, i, clock, lam, kept, kept_steps, start, stop, move, size, after, means, inputs, alive,
@@ -81,7 +94,7 @@ def roll(
 ):  # fmt: skip
     """Write means (L + 1, n), inputs (L, m) and alive (L + 1,); return the expected cost.
 
-    ``g`` is a :class:`solvers.feedback.plan_library.Motion`; ``means[0]`` is the present state.
+    ``g`` is a :class:`solvers.feedback.plan_motion.Motion`; ``means[0]`` is the present state.
     ``kept`` (L, m) are earlier inputs, of which ``kept_steps`` are used.  In steps from ``start``
     up to ``stop`` the input is moved by the share ``size`` towards the move with number ``move``.
     On the way to the region the law is the fastest that is admissible, and then the input is moved
@@ -138,6 +151,10 @@ def roll(
                 value += B[i, b, q] * u[q]
             means[t + 1, b] = value
         spent += alive[t] * (lam + effort * asked)
+        if g.first_wall[i + 1] > g.first_wall[i]:
+            bounds = g.first_wall[i], g.first_wall[i + 1]
+            if leads_out(g.walls, g.limits, bounds[0], bounds[1], means, t + 1, clock):
+                spent += alive[t] * g.outside_cost
         chance = arrival_chance(goal, deviations, g.tolerance, table, i, means, t + 1, goal_size)
         alive[t + 1] = alive[t] * (1.0 - chance)
         if alive[t + 1] < GONE:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from solvers.feedback.plan_costs import add_fixed, crash_cost, fixed_bodies, pair_risk, price
 from solvers.feedback.plan_risk import meeting_risk
 from solvers.feedback.plan_rollout import GO, KEEP, TRACK, roll
 
@@ -32,94 +33,6 @@ LEAST = 1e-9
 
 CONFLICT = 1e-4
 """Plans of a pair are chosen together if those best alone cost more than this by their meeting."""
-
-
-@njit(cache=True)
-def pair_risk(g, e, first, second, first_alive, second_alive, steps):
-    """Return the crash probability of encounter ``e`` for the means of its bodies."""
-    return meeting_risk(
-        first, second, first_alive, second_alive, steps, g.swept, g.stay, len(g.axes), g.normals,
-        g.offsets, g.first_face[e], g.first_face[e + 1], g.opposite, g.box[e],
-        g.deviations, g.tail,
-    )  # fmt: skip
-
-
-@njit(cache=True)
-def price(g, social, lam, i, j):
-    """Return what a crash of agent i with agent j (or with an obstacle) costs in i's choice."""
-    weight = 1.0 - lam[i]
-    if social and 0 <= j < lam.size:
-        weight += 1.0 - lam[j]
-    return weight * g.crash_cost
-
-
-@njit(cache=True)
-def fixed_bodies(g, state, obstacles, parked, clock, means, alive, steps):
-    """Write the means (N + K + 1, L + 1, n) of bodies that do not plan, and until when they count.
-
-    Obstacles keep their present distance from their paths; the last row is the obstacle at rest.
-    """
-    N, L = parked.size, means.shape[1] - 1
-    means[:] = 0.0
-    alive[:] = 0.0
-    steps[:] = L
-    for i in range(N):
-        if not parked[i]:
-            steps[i] = 0
-        for t in range(L + 1):
-            means[i, t] = state[i]
-    for k in range(g.path.shape[0]):
-        rest, until = g.obstacle_times[k]
-        longest = g.path.shape[1] - 1
-        steps[N + k] = min(L, max(until - clock - 1 + g.swept, 0))
-        for t in range(L + 1):
-            alive[N + k, t] = 1.0 if clock + t < rest or not g.stay else 0.0
-            for a in range(len(g.axes)):
-                ahead = g.path[k, min(clock + t, longest), a]
-                means[N + k, t, a] = ahead + obstacles[k, a] - g.path[k, min(clock, longest), a]
-
-
-@njit(cache=True)
-def add_fixed(g, social, lam, i, bodies, bodies_alive, steps, means, alive):
-    """Return the expected cost of crashes of agent i with bodies that do not plan."""
-    N, cost = lam.size, 0.0
-    for e in range(g.pair.shape[0]):
-        one, two = g.pair[e]
-        if two == i:
-            if steps[one] and one < N:
-                risk = pair_risk(g, e, bodies[one], means, bodies_alive[one], alive,
-                                 steps[one])  # fmt: skip
-                cost += risk * price(g, social, lam, i, one)
-        elif one == i and steps[two]:
-            risk = pair_risk(g, e, means, bodies[two], alive, bodies_alive[two],
-                             steps[two])  # fmt: skip
-            cost += risk * price(g, social, lam, i, two)
-    return cost
-
-
-@njit(cache=True)
-def crash_cost(g, social, lam, i, c, skipped, moving, chosen, means, alive, bound):
-    """Return what candidate c of agent i costs by crashes with the chosen plans of other agents.
-
-    Agent ``skipped`` is left out; above ``bound`` any value above it is returned.
-    """
-    cost, L = 0.0, means.shape[2] - 1
-    for e in range(g.pair.shape[0]):
-        one, two = g.pair[e]
-        other = two if one == i else one
-        if (one != i and two != i) or not 0 <= other < lam.size:
-            continue
-        if other == skipped or not moving[other]:
-            continue
-        o = chosen[other]
-        risk = pair_risk(
-            g, e, means[one, c if one == i else o], means[two, c if two == i else o],
-            alive[one, c if one == i else o], alive[two, c if two == i else o], L,
-        )  # fmt: skip
-        cost += risk * price(g, social, lam, i, other)
-        if cost > bound:
-            break
-    return cost
 
 
 @njit(cache=True)
@@ -198,6 +111,30 @@ def choose(g, social, lam, moving, chosen, means, alive, base):
 
 
 @njit(cache=True)
+def roll_candidates(
+    motion, g, social, i, clock, lam, kept, kept_steps, first_round, size, bodies, bodies_alive,
+    steps, means, inputs, alive, base, scratch,
+):  # fmt: skip
+    """Roll out all candidates of agent i; write their costs ``base`` (Q,) without other agents.
+
+    ``means[:, 0]`` are the present state.
+    """
+    moves = motion.moves.shape[1]
+    for q in range(base.size):
+        start, stop, move, after = 0, 0, 0, GO if first_round else KEEP
+        if q >= STANDING:
+            start, stop = motion.windows[(q - STANDING) // moves]
+            move = (q - STANDING) % moves
+        elif q == 0:
+            after = KEEP if kept_steps > 0 else TRACK
+        else:
+            after = TRACK if q == 1 else GO
+        base[q] = roll(motion, i, clock, lam[i], kept, kept_steps, start, stop, move, size, after,
+                       means[q], inputs[q], alive[q], scratch)  # fmt: skip
+        base[q] += add_fixed(g, social, lam, i, bodies, bodies_alive, steps, means[q], alive[q])
+
+
+@njit(cache=True)
 def plan(
     motion, g, social, state, moving, parked, obstacles, clock, lam, kept, kept_steps, action
 ):  # fmt: skip
@@ -207,40 +144,23 @@ def plan(
     where there is none; they are replaced.
     """
     C, N, L, m = kept.shape
-    n, windows, moves = state.shape[2], motion.windows.shape[0], motion.moves.shape[1]
-    Q = STANDING + windows * moves
+    n, rows = state.shape[2], N + g.path.shape[0] + 1
+    Q = STANDING + motion.windows.shape[0] * motion.moves.shape[1]
     means, inputs = np.zeros((N, Q, L + 1, n)), np.zeros((N, Q, L, m))
     alive, base, scratch = np.zeros((N, Q, L + 1)), np.zeros((N, Q)), np.zeros((3, max(n, m)))
-    rows = N + g.path.shape[0] + 1
     bodies, bodies_alive = np.zeros((rows, L + 1, n)), np.zeros((rows, L + 1))
     steps, chosen = np.zeros(rows, np.int64), np.zeros(N, np.int64)
     for c in range(C):
         fixed_bodies(g, state[c], obstacles[c], parked[c], clock[c], bodies, bodies_alive, steps)
         for r in range(len(SIZES)):
             for i in range(N):
-                if not moving[c, i]:
-                    continue
-                q = 0
-                for w in range(-STANDING, windows * moves):
-                    window, move = (0, 0) if w < 0 else (w // moves, w % moves)
-                    start, stop = motion.windows[window]
-                    tail = GO if r == 0 else KEEP
-                    if w < 0:
-                        start, stop = 0, 0
-                        tail = KEEP if q == 0 else TRACK if q == 1 else GO
-                        if r == 0 and q == 0 and kept_steps[c, i] == 0:
-                            tail = TRACK
-                    means[i, q, 0] = state[c, i]
-                    base[i, q] = roll(
-                        motion, i, clock[c], lam[c, i], kept[c, i], kept_steps[c, i], start,
-                        stop, move, SIZES[r], tail, means[i, q], inputs[i, q], alive[i, q],
-                        scratch,
+                if moving[c, i]:
+                    means[i, :, 0] = state[c, i]
+                    roll_candidates(
+                        motion, g, social, i, clock[c], lam[c], kept[c, i], kept_steps[c, i],
+                        r == 0, SIZES[r], bodies, bodies_alive, steps, means[i], inputs[i],
+                        alive[i], base[i], scratch,
                     )  # fmt: skip
-                    base[i, q] += add_fixed(
-                        g, social, lam[c], i, bodies, bodies_alive, steps, means[i, q],
-                        alive[i, q],
-                    )  # fmt: skip
-                    q += 1
             chosen[:] = 0
             choose(g, social, lam[c], moving[c], chosen, means, alive, base)
             settled = True
@@ -249,8 +169,6 @@ def plan(
                     settled = settled and base[i, chosen[i]] <= np.min(base[i]) + CONFLICT
                     kept[c, i] = inputs[i, chosen[i]]
                     kept_steps[c, i] = np.sum(alive[i, chosen[i], :L] > 0.0)
+                    action[c, i] = kept[c, i, 0]
             if settled:  # no agent gives way to another: there is nothing to refine
                 break
-        for i in range(N):
-            if moving[c, i]:
-                action[c, i] = kept[c, i, 0]

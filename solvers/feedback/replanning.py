@@ -21,7 +21,8 @@ from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from solvers.feedback.plan_library import make_meetings, make_motion
+from solvers.feedback.plan_meetings import make_meetings
+from solvers.feedback.plan_motion import make_motion
 
 
 class JointReplanner:

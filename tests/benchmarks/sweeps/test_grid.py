@@ -61,7 +61,9 @@ def test_only_the_players_that_heed_them_have_starts_orders_and_charges():
         ("nash", "straight"),
         ("nash", "sequential"),
     ]
-    charged = replace(grid, players=("nash", "social", "receding-social"), charges=("selfish", "pigou"))
+    charged = replace(
+        grid, players=("nash", "social", "receding-social"), charges=("selfish", "pigou")
+    )
     assert [(cell.player, cell.start, cell.charge) for cell in charged.cells()] == [
         ("nash", "straight", "selfish"),
         ("nash", "straight", "pigou"),

@@ -1,11 +1,10 @@
-"""A game as arrays for replanning: control laws, moves, deviations and the tracked plans.
+"""Arrays for rollouts: dynamics, control laws, moves, workspaces and the tracked plans.
 
-Plans start now, from states that are known, and are made again at the next step: of the errors of
-a displacement those of one step count.  Those that count for the time of arrival grow longer,
-because at full speed there is no input left to correct with.
+Plans start now, from states that are known.  The errors that count for the time of arrival grow for
+a few steps, because at full speed there is no input left to correct with.  The game's ``reserve``
+counts for the tracked plans only: every other plan is made again at the next step.
 
-Sizes: N agents, E encounters, V control sets, n state components, m inputs, d position components,
-L steps of a plan, M moves, K laws.
+Sizes: N agents, V control sets, n state components, m inputs, L steps of a plan, M moves, K laws.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from itertools import product
-from math import erfc
 from typing import NamedTuple
 
 import numpy as np
@@ -21,11 +19,13 @@ import numpy as np
 from ppg_env.env.arrays import Tables
 from ppg_env.game.agent import Agent
 from ppg_env.game.effort_laws import least_effort_laws
-from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.plan import Profile
 from ppg_env.game.polytope import Polytope
+from ppg_env.game.workspace import workspace_limits, workspace_rows
+from solvers.feedback.errors_ahead import errors_ahead
+from solvers.feedback.normal_tail import normal_table
 
 ANGLES = 16
 """Directions of moves in the plane."""
@@ -35,16 +35,6 @@ WINDOWS = ((0, 1), (0, 2), (0, 3), (0, 5), (1, 3), (2, 4))
 
 GROWTH = 3
 """Steps over which the deviation at arrival grows: later errors are corrected on the way."""
-
-LATER = 0.5
-"""Share of the variance of a displacement that counts after the first step.
-
-Plans are made again at every step, so a later near miss is evaded when it comes."""
-
-NODES = 64
-"""Entries per deviation of the table of normal tails, which ends at :data:`FAR` deviations."""
-
-FAR = 6.0
 
 
 class Motion(NamedTuple):
@@ -58,8 +48,11 @@ class Motion(NamedTuple):
     (V, K, m, n): the first input of least effort to the goal is gain x + offset + target delta,
     for a target displaced by delta;
     deviations (N, L + 1, n) of the states at arrival;
+    walls (rows, n), limits (L + 1, rows): faces of the workspaces, those of agent i from
+    ``first_wall[i]`` on, and how far a mean may reach at each time of the game;
     feedback (N, m, n), nominal (N, L, m), means (N, L + 1, n), end (N,): the tracked plans;
-    tail: see :func:`normal_table`.
+    outside_cost: of each step that leads further out of the workspace;
+    tail: see :func:`solvers.feedback.normal_tail.normal_table`.
     """
 
     A: np.ndarray
@@ -79,37 +72,14 @@ class Motion(NamedTuple):
     law_offset: np.ndarray
     law_target: np.ndarray
     deviations: np.ndarray
+    walls: np.ndarray
+    limits: np.ndarray
+    first_wall: np.ndarray
+    outside_cost: float
     feedback: np.ndarray
     nominal: np.ndarray
     means: np.ndarray
     end: np.ndarray
-    tail: np.ndarray
-
-
-class Meetings(NamedTuple):
-    """Encounters, and what a crash costs.
-
-    axes, pair, normals, offsets, first_face, path, obstacle_times, swept, stay, crash_cost: as in
-    :class:`ppg_env.env.arrays.Tables`;
-    deviations (L + 1, faces) of displacements along the faces;
-    opposite (faces,): the parallel face on the other side, -1 without one; box (E,) whether the
-    collision set is a box along the axes;
-    tail: see :func:`normal_table`.
-    """
-
-    axes: tuple[int, ...]
-    pair: np.ndarray
-    normals: np.ndarray
-    offsets: np.ndarray
-    first_face: np.ndarray
-    path: np.ndarray
-    obstacle_times: np.ndarray
-    swept: bool
-    stay: bool
-    crash_cost: float
-    deviations: np.ndarray
-    opposite: np.ndarray
-    box: np.ndarray
     tail: np.ndarray
 
 
@@ -128,27 +98,11 @@ def make_motion(game: Game, tables: Tables, profile: Profile) -> Motion:
         windows=np.array(WINDOWS, dtype=np.int64),
         **_laws(game, n, m),
         deviations=_arrival_deviations(game, n),
+        **_workspaces(game),
+        outside_cost=game.crash_cost,
         **_tracked(game, profile, n, m),
         tail=normal_table(),
     )
-
-
-def make_meetings(game: Game, tables: Tables) -> Meetings:
-    """Return the arrays about encounters."""
-    deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)]
-    return Meetings(
-        **{key: getattr(tables, key) for key in Meetings._fields[:10]},
-        deviations=np.concatenate(deviations, axis=1),
-        opposite=_opposite(tables),
-        box=np.array([_is_box(e.collision) for e in game.encounters], dtype=np.bool_),
-        tail=normal_table(),
-    )
-
-
-def normal_table() -> np.ndarray:
-    """Return the normal distribution function at steps of 1 / NODES from -FAR to FAR."""
-    grid = np.arange(-FAR, FAR + 1.5 / NODES, 1 / NODES)
-    return np.array([0.5 * erfc(-x / np.sqrt(2)) for x in grid])
 
 
 def _moves(sets: list[Polytope], m: int) -> np.ndarray:
@@ -207,73 +161,32 @@ def _targeted(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the game's agents have been reported
         for unit in np.eye(agent.goal.size):
-            moved = least_effort_laws(
-                replace(agent, goal=agent.goal + unit), horizon, admissible
-            )
+            moved = least_effort_laws(replace(agent, goal=agent.goal + unit), horizon, admissible)
             shifts.append([b[1] - a[1] for a, b in zip(laws, moved, strict=True)])
     offsets = np.array([law[1] for law in laws])
     return np.array([law[0] for law in laws]), offsets, np.moveaxis(np.array(shifts), 0, 2)
-
-
-def _errors(agent: Agent, steps: np.ndarray) -> np.ndarray:
-    """Return (len(steps), n, n) covariances after so many steps from a known state."""
-    growing = np.zeros((max(steps.max(initial=0), 0) + 1, agent.state_dim, agent.state_dim))
-    for t in range(len(growing) - 1):
-        growing[t + 1] = agent.A @ growing[t] @ agent.A.T + agent.noise
-    return growing[steps]
-
-
-def _position_errors(agent: Agent, horizon: int) -> np.ndarray:
-    """Return (L + 1, d, d) covariances of positions; each step answers to what it observes.
-
-    They stop growing once noise has reached the positions.
-    """
-    n, d = agent.state_dim, agent.dim
-    early = _errors(agent, np.arange(n + 1))[:, :d, :d]
-    noisy = np.flatnonzero(np.trace(early, axis1=1, axis2=2) > 0)
-    first = noisy[0] if noisy.size else 1
-    times = np.arange(horizon + 1)
-    share = np.where(times <= first, 1.0, LATER)
-    return share[:, None, None] * early[np.minimum(times, first)]
-
-
-def _deviations(game: Game, encounter: Encounter) -> np.ndarray:
-    """Return (L + 1, F) deviations of a displacement along the faces."""
-    normals = encounter.collision.normals
-    total = np.zeros((game.horizon + 1, game.dim, game.dim))
-    for i in encounter.agents:
-        total += _position_errors(game.agents[i], game.horizon)
-    if encounter.obstacle is not None:
-        times = np.arange(game.horizon + 1)
-        drift = np.where(times <= 1, times, LATER)
-        total += drift[:, None, None] * game.obstacles[encounter.obstacle].noise
-    return np.sqrt(np.einsum("fi,tij,fj->tf", normals, total, normals).clip(0.0))
 
 
 def _arrival_deviations(game: Game, n: int) -> np.ndarray:
     """Return (N, L + 1, n) deviations of states without correction."""
     result = np.zeros((len(game.agents), game.horizon + 1, n))
     for i, agent in enumerate(game.agents):
-        errors = _errors(agent, np.minimum(np.arange(game.horizon + 1), GROWTH))
+        errors = errors_ahead(agent, np.minimum(np.arange(game.horizon + 1), GROWTH))
         diagonal = np.diagonal(errors, axis1=1, axis2=2)
         result[i, :, : agent.state_dim] = np.sqrt(diagonal.clip(0.0))
     return result
 
 
-def _opposite(tables: Tables) -> np.ndarray:
-    """Return (faces,) the face of the same encounter with the opposite normal."""
-    result = np.full(len(tables.normals), -1, dtype=np.int64)
-    for first, last in zip(tables.first_face[:-1], tables.first_face[1:], strict=True):
-        normals = tables.normals[first:last]
-        facing = normals @ normals.T < -1 + 1e-12
-        rows = np.flatnonzero(facing.any(axis=1))
-        result[first + rows] = first + facing[rows].argmax(axis=1)
-    return result
-
-
-def _is_box(collision: Polytope) -> bool:
-    normals = np.abs(collision.normals)
-    return len(normals) == 2 * collision.dim and bool((normals.max(axis=1) > 1 - 1e-12).all())
+def _workspaces(game: Game) -> dict[str, np.ndarray]:
+    """Return the fields about workspaces."""
+    n = max(agent.state_dim for agent in game.agents)
+    rows = [workspace_rows(agent) for agent in game.agents]
+    limits = [workspace_limits(agent, game.horizon) for agent in game.agents]
+    return {
+        "walls": np.concatenate([np.pad(r, ((0, 0), (0, n - r.shape[1]))) for r in rows]),
+        "limits": np.concatenate(limits, axis=1),
+        "first_wall": np.cumsum([0, *map(len, rows)], dtype=np.int64),
+    }
 
 
 def _tracked(game: Game, profile: Profile, n: int, m: int) -> dict[str, np.ndarray]:
