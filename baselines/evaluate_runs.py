@@ -15,6 +15,7 @@ import numpy as np
 from ppg_env.env import episodes as arena
 from ppg_env.env.episodes import Episodes, Summary
 from ppg_env.env.players import Player
+from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.risk.splitting import split_risk
@@ -73,9 +74,10 @@ def evaluate_runs(
     seed: int = 0,
     *,
     groups: int | None = None,
+    rules: Rules | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> RunStatistics:
-    """Simulate ``episodes`` in total, in ``groups`` (by default one per run).
+    """Simulate ``episodes`` in total under ``rules``, in ``groups`` (by default one per run).
 
     A single run plays all groups; several runs need one group each.
     """
@@ -84,7 +86,9 @@ def evaluate_runs(
     each = max(-(-episodes // count), 1)
     return RunStatistics(
         tuple(
-            arena.evaluate(game, runs[r % len(runs)], each, seed, group=r, progress=progress)
+            arena.evaluate(
+                game, runs[r % len(runs)], each, seed, group=r, rules=rules, progress=progress
+            )
             for r in range(count)
         )
     )
@@ -97,15 +101,24 @@ def evaluate_rare_runs(
     seed: int = 0,
     *,
     repetitions: int = 20,
+    rules: Rules | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> RareRisk:
-    """Estimate the crash probabilities by splitting, averaged over the runs.
+    """Estimate the crash probabilities under ``rules`` by splitting, averaged over the runs.
 
     ``episodes`` of each level are divided among the runs and their ``repetitions``.
     """
     states = max(episodes // (len(runs) * repetitions), 1)
     risks = [
-        split_risk(game, players, states, seed + r, repetitions=repetitions, progress=progress)
+        split_risk(
+            game,
+            players,
+            states,
+            seed + r,
+            repetitions=repetitions,
+            rules=rules,
+            progress=progress,
+        )
         for r, players in enumerate(runs)
     ]
 

@@ -12,7 +12,6 @@ from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
 from baselines.training_loop import Args, Learner, one_thread
 from baselines.vec_env import GameVecEnv
-from ppg_env.env.rules import Rules
 
 COPIES = 256
 ROLLOUT = 16  # steps of each copy between two updates: longer than an episode
@@ -33,7 +32,7 @@ def make_learner(
     """Create a PPO with stable-baselines3's default network, in its own environment."""
     env = GameVecEnv(
         args.game,
-        Rules(sharing=args.sharing),
+        args.rules,
         copies,
         learners=learners,
         weights=args.lam,

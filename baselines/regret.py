@@ -15,7 +15,7 @@ It is a *lower* bound: a better deviation may exist.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,7 @@ def regret_bounds(
     seed: int = 0,
     solver: str = "ENGINE",
     time_limit: float | None = 60.0,
+    tolerance: float | None = None,
 ) -> dict[int, RegretBound]:
     """Bound the regret of ``agents`` (all by default) from below when ``players`` play ``game``.
 
@@ -79,15 +80,25 @@ def regret_bounds(
         Episodes to choose a deviation, and as many to evaluate it.
     solver, time_limit
         Of the planner, see :func:`solvers.best_response`.
+    tolerance
+        Of arrival regions, see :class:`ppg_env.env.Rules`.
     """
     require(steps >= 0, "steps", f"is {steps}", "give a number of steps, zero or more")
-    mean = _mean_behaviour(game, players, seed)
-    now = [arena.evaluate(game, players, episodes, seed, group=g) for g in (SELECTION, EVALUATION)]
+    rules = Rules(tolerance=tolerance)
+    mean = _mean_behaviour(game, players, rules, seed)
+
+    def costs(team: Sequence[Player]) -> list[np.ndarray]:
+        groups = (SELECTION, EVALUATION)
+        return [
+            arena.evaluate(game, team, episodes, seed, group=g, rules=rules).cost for g in groups
+        ]
+
+    now = costs(players)
     bounds = {}
     for i in range(len(game.agents)) if agents is None else agents:
         deviations = {}
         if steps:
-            deviations["trained"] = _trained(game, i, players, steps, seed)
+            deviations["trained"] = _trained(game, i, players, steps, seed, tolerance)
         planned = _planned(game, i, mean, solver, time_limit)
         if planned is not None:
             deviations["planned"] = planned
@@ -95,8 +106,7 @@ def regret_bounds(
         for name, deviation in deviations.items():
             others = [deviation if j == i else player for j, player in enumerate(players)]
             gains[name] = [
-                before.cost[:, i] - arena.evaluate(game, others, episodes, seed, group=g).cost[:, i]
-                for g, before in zip((SELECTION, EVALUATION), now, strict=True)
+                before[:, i] - after[:, i] for before, after in zip(now, costs(others), strict=True)
             ]
         bounds[i] = _chosen(gains)
     return bounds
@@ -113,7 +123,14 @@ def _chosen(gains: dict[str, list[np.ndarray]]) -> RegretBound:
     return RegretBound(regret, best, evaluated)
 
 
-def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed: int) -> Player:
+def _trained(
+    game: Game,
+    agent: int,
+    players: Sequence[Player],
+    steps: int,
+    seed: int,
+    tolerance: float | None,
+) -> Player:
     """Train PPO for one agent against the unchanged others."""
     from baselines.ppo import COPIES, copy_policy, make_learner, player_of
     from baselines.training_loop import Args, Turn, take_turns
@@ -122,7 +139,8 @@ def _trained(game: Game, agent: int, players: Sequence[Player], steps: int, seed
     lam, player = game.agents[agent].lam, players[agent]
     own = player.policy if isinstance(player, LearnedPlayer) else None
     conditioned = own is not None and own.conditioned
-    args = Args(game, "selfish", (lam, lam) if conditioned else None, seed, steps)
+    weights = (lam, lam) if conditioned else None
+    args = Args(game, "selfish", weights, seed, steps, tolerance=tolerance)
     learner = make_learner(args, [agent], copies=2 * COPIES)
     learner.env.players.update({j: player for j, player in enumerate(players) if j != agent})
 
@@ -143,10 +161,12 @@ def _planned(
     return None if solution.profile is None else Tracker(game, agent, solution.profile[agent])
 
 
-def _mean_behaviour(game: Game, players: Sequence[Player], seed: int) -> tuple[Plan, ...]:
+def _mean_behaviour(
+    game: Game, players: Sequence[Player], rules: Rules, seed: int
+) -> tuple[Plan, ...]:
     """Return all agents' mean paths while in traffic, as plans that end at the mean arrival."""
     # Crashed agents continue: the deviating agent needs the paths the others intended.
-    going_on = Rules(on_crash="continue")
+    going_on = replace(rules, on_crash="continue")
     states = trajectories(game, players, MEAN_EPISODES, seed, group=SELECTION, rules=going_on)
     plans = []
     for i, agent in enumerate(game.agents):

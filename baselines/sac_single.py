@@ -11,7 +11,6 @@ from baselines.export import export_policy
 from baselines.policy import Policy, Team
 from baselines.training_loop import Args, Learner, Progress, in_pieces, one_thread, take_turns
 from baselines.vec_env import GameVecEnv
-from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 
 COPIES = 32
@@ -32,7 +31,7 @@ def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int 
     require(0 <= learner < count, "learner", f"is {learner} of {count}", "count agents from 0")
     env = GameVecEnv(
         args.game,
-        Rules(sharing=args.sharing),
+        args.rules,
         COPIES,
         learners=[learner],
         weights=args.lam,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from baselines.evaluate_runs import evaluate_runs
 from baselines.policy import Team
 from baselines.policy_file import Learned
+from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
@@ -56,6 +57,7 @@ def train_players(
     *,
     sharing: str = "selfish",
     lam: tuple[float, float] | None = (0.05, 0.95),
+    tolerance: float | None = None,
     seeds: Sequence[int] = (0,),
     steps: int | None = None,
     jobs: int = 1,
@@ -67,7 +69,7 @@ def train_players(
 
     Parameters
     ----------
-    game, sharing, lam, steps, tensorboard
+    game, sharing, lam, tolerance, steps, tensorboard
         See :class:`baselines.training_loop.Args`; ``steps`` defaults to those of the method.
     method
         A name of :data:`METHODS`.
@@ -82,7 +84,7 @@ def train_players(
     from baselines.training_loop import Args
 
     steps = METHODS[method].steps if steps is None else steps
-    args = Args(game, sharing, lam, steps=steps, tensorboard=tensorboard)
+    args = Args(game, sharing, lam, steps=steps, tolerance=tolerance, tensorboard=tensorboard)
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
@@ -92,7 +94,7 @@ def train_players(
     with _progress_of(jobs, progress) as (run, on_progress):
         runs = tuple(run(partial(_train, method, on_progress), each))
     learned = Learned(runs, _about(method, args, seeds))
-    learned.about["figures"] = figures(game, learned)
+    learned.about["figures"] = figures(game, learned, rules=args.rules)
     return learned
 
 
@@ -104,6 +106,7 @@ def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
         "sharing": args.sharing,
         "reward": "risk",
         "lam": None if args.lam is None else list(args.lam),
+        "tolerance": args.tolerance,
         "seeds": list(seeds),
         "steps": args.steps,
         "versions": {name: _version(name) for name in PACKAGES},
@@ -111,7 +114,9 @@ def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
     }
 
 
-def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> list[dict[str, Any]]:
+def figures(
+    game: Game, learned: Learned, episodes: int = FIGURE_EPISODES, *, rules: Rules | None = None
+) -> list[dict[str, Any]]:
     """Return cost, crashes and arrivals at each lam of :data:`FIGURE_LAMS` in the trained range."""
     low, high = learned.about["lam"] or (1.0, 0.0)
     lams: list[float | None] = [lam for lam in FIGURE_LAMS if low <= lam <= high]
@@ -119,7 +124,7 @@ def figures(game: Game, learned: Learned, episodes: int = FIGURE_EPISODES) -> li
     for lam in lams or [None]:
         played = game if lam is None else override_game(game, lam=lam)
         runs = [learned.players(played, r) for r in range(len(learned.runs))]
-        statistics = evaluate_runs(played, runs, episodes * len(runs), seed=0)
+        statistics = evaluate_runs(played, runs, episodes * len(runs), seed=0, rules=rules)
         rows.append(
             {
                 "lam": [agent.lam for agent in played.agents],

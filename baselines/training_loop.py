@@ -21,6 +21,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from baselines.checkpoint import restore_checkpoint, save_checkpoint
 from baselines.vec_env import GameVecEnv
+from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.formats.plan_file import to_json
@@ -44,6 +45,7 @@ class Args:
     steps : environment steps of all slots together.
     checkpoint : file to save to after every ``checkpoint_every`` rollouts, and to continue from.
     tensorboard : folder for TensorBoard's logs.
+    tolerance : of arrival regions, see :class:`ppg_env.env.Rules`.
     """
 
     game: Game
@@ -54,6 +56,7 @@ class Args:
     checkpoint: Path | None = None
     checkpoint_every: int = 20
     tensorboard: Path | None = None
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         many = 10**12
@@ -73,6 +76,11 @@ class Args:
                 f"is drawn from {low:g} to {high:g}",
                 "write two numbers with 0 <= low <= high < 1",
             )
+
+    @property
+    def rules(self) -> Rules:
+        """The rules of play."""
+        return Rules(sharing=self.sharing, tolerance=self.tolerance)
 
 
 @dataclass
@@ -160,8 +168,10 @@ def fingerprint(args: Args, turns: Sequence[Turn]) -> str:
     arguments = {
         field.name: getattr(args, field.name)
         for field in fields(args)
-        if field.name not in ("game", "checkpoint", "tensorboard")
+        if field.name not in ("game", "checkpoint", "tensorboard", "tolerance")
     }
+    if args.tolerance is not None:  # without it, checkpoints of earlier releases fit
+        arguments["tolerance"] = args.tolerance
     # The first word is frozen: checkpoints of earlier releases begin with it.
     text = f"baselines.turns {arguments} {turns} {to_json(game_to_tables(args.game))}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]

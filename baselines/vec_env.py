@@ -29,9 +29,11 @@ import numpy as np
 from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
+from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
+from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 from ppg_env.game.reachability import earliest_arrival
 
@@ -89,6 +91,8 @@ class GameVecEnv(VecEnv):
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
         self._shape = (copies, len(self.learners))
+        self._sizes = [agent.control_dim for agent in game.agents]
+        self._was_reset = False
         size = self.simulator.observation_size + (weights is not None)
         self.seed(seed)
         super().__init__(
@@ -109,19 +113,32 @@ class GameVecEnv(VecEnv):
         all_copies = np.ones(len(self._action), dtype=bool)
         self._draw_weights(all_copies)
         self.simulator.reset()
+        self._was_reset = True
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
         self._home = np.zeros(self._shape, dtype=bool)
         return self._observed(self.simulator.last.observation)
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Take the learners' actions (slots, m) and ask the other players for theirs."""
+        """Take the learners' actions (slots, m) and ask the other players for theirs.
+
+        Raises
+        ------
+        InputError
+            If they have another shape, or the environment has not been reset.
+        """
         simulator, learners = self.simulator, self.learners
-        given = actions.reshape(*self._shape, -1)
+        if not self._was_reset:
+            raise InputError("step", "comes before the first reset", "call reset first")
+        given, shape = np.asarray(actions), (self.num_envs, simulator.action_size)
+        if given.shape != shape or given.dtype.kind not in "iuf":
+            problem = f"are an array of shape {given.shape} and type {given.dtype}"
+            raise InputError("actions", problem, f"give numbers of shape {shape}, a row per slot")
+        given = given.reshape(*self._shape, -1)
         self._action[:, learners] = self._middle[learners] + self._half[learners] * given
         for i, player in self.players.items():
-            action = player.act(simulator.view(i))
-            self._action[:, i, : action.shape[1]] = action
+            size = self._sizes[i]
+            self._action[:, i, :size] = player_action(player, simulator.view(i), i, size)
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Step every copy; copies in which no learner is left restart."""

@@ -48,6 +48,16 @@ ArenaOption = Annotated[
         help="Plans on schedule, or the environment (default: if a player needs it).",
     ),
 ]
+ToleranceOption = Annotated[
+    float | None,
+    typer.Option(
+        "--tolerance",
+        min=0.0,
+        metavar="D",
+        help="In the environment, agents arrive within D of the goal, per component (default: half "
+        "of their longest step).",
+    ),
+]
 
 _GAME_OPTIONS: dict[str, Any] = {
     "lam": Annotated[

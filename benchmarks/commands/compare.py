@@ -11,6 +11,7 @@ from benchmarks.options import (
     ArenaOption,
     GameArgument,
     JsonOption,
+    ToleranceOption,
     WorkersOption,
     with_game_options,
     with_group,
@@ -33,6 +34,7 @@ class Comparison:
     )
     episodes: Annotated[int, typer.Option(min=1, help="Simulated episodes per player.")] = 200_000
     arena: ArenaOption = None
+    tolerance: ToleranceOption = None
 
 
 @with_game_options
@@ -57,11 +59,19 @@ def compare(
     from benchmarks.comparison.results import comparison_report
     from benchmarks.comparison.table import print_results
     from benchmarks.output_paths import target
+    from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
 
     check_arena(comparison.arena)
     names, arena = chosen_players(comparison.players, comparison.arena)
     refuse_unused(planner, names)
+    tolerance = comparison.tolerance
+    require(
+        tolerance is None or arena == "env",
+        "--tolerance",
+        "has no effect on schedule",
+        "add --arena env",
+    )
     instance, episodes = make_game(game, **overrides), comparison.episodes
     wanted = out is not None or not as_json
     picture = target(f"compare-{game_name(instance)}", ".png", out) if wanted else None
@@ -72,14 +82,15 @@ def compare(
             episodes,
             planner,
             arena=arena,
+            tolerance=tolerance,
             workers=workers,
             progress=lambda player: status.update(f"{player} in {game}"),
         )
     if as_json:
-        print_json(comparison_report(instance, rows, arena, episodes, planner.seed))
+        print_json(comparison_report(instance, rows, arena, episodes, planner.seed, tolerance))
     _require_a_plan(rows, as_json)
     if not as_json:
-        print_results(instance, rows, arena, episodes)
+        print_results(instance, rows, arena, episodes, tolerance)
     if picture is not None:
         _draw(instance, rows, picture)
 

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
+from benchmarks.options import (
+    GameArgument,
+    JsonOption,
+    ToleranceOption,
+    with_game_options,
+    with_planner_options,
+)
 from benchmarks.terminal import interval, no_solution, print_json, print_table, working
 from solvers.planner_options import PlannerOptions
 
@@ -34,6 +40,7 @@ def regret(
         int,
         typer.Option(min=100, help="Episodes to choose a deviation in, and to evaluate it."),
     ] = 50_000,
+    tolerance: ToleranceOption = None,
     planner: PlannerOptions,
     as_json: JsonOption = False,
     overrides: dict[str, Any],
@@ -59,6 +66,7 @@ def regret(
             seed=planner.seed,
             solver=planner.solver,
             time_limit=planner.time_limit,
+            tolerance=tolerance,
         )
     if as_json:
         print_json(_report(instance, name, run, bounds))

@@ -11,6 +11,8 @@ from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_o
 from benchmarks.terminal import print_json, print_table
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ppg_env.game.agent import Agent
     from ppg_env.game.game import Game
 
@@ -23,6 +25,7 @@ COLUMNS = (
     "corners",
     "spectral radius",
     "earliest arrival",
+    "arrives within",
 )
 
 
@@ -52,10 +55,13 @@ def show(
 
 
 def _print(game: Game, call: str) -> None:
+    from ppg_env.env.arrival_regions import arrival_tolerances
+
+    regions = arrival_tolerances(game)
     print_table(
         f"{game.name or call}: {len(game.agents)} agents, {len(game.obstacles)} obstacles",
         COLUMNS,
-        [_cells(game, i) for i in range(len(game.agents))],
+        [_cells(game, i, _region(half)) for i, half in enumerate(regions)],
         f"horizon {game.horizon}, objective {game.objective}, margin cap {game.margin_cap:g}, "
         f"crash cost {game.crash_cost:g}, collisions {game.collisions}, on_goal {game.on_goal}"
         + "".join(f"\n{line}" for line in (*_limits(game), *_moving(game))),
@@ -96,7 +102,7 @@ def _moving(game: Game) -> Iterator[str]:
             yield f"obstacle[{k}]: " + "; ".join(parts)
 
 
-def _cells(game: Game, i: int) -> tuple[str, ...]:
+def _cells(game: Game, i: int, region: str) -> tuple[str, ...]:
     from ppg_env.game.reachability import earliest_arrival
 
     agent = game.agents[i]
@@ -110,7 +116,13 @@ def _cells(game: Game, i: int) -> tuple[str, ...]:
         str(len(agent.shape.vertices)),
         f"{agent.spectral_radius:.3g}",
         "unreachable" if earliest is None else str(earliest),
+        region,
     )
+
+
+def _region(half: np.ndarray) -> str:
+    """Return the half widths of an arrival region of the environment, once if all are equal."""
+    return f"{half[0]:.4g}" if (half == half[0]).all() else _vector(half)
 
 
 def _speed_sets(agent: Agent) -> str:

@@ -15,6 +15,7 @@ from benchmarks.options import (
     JobsOption,
     JsonOption,
     SeedOption,
+    ToleranceOption,
     with_game_options,
     with_group,
 )
@@ -50,6 +51,7 @@ class Training:
         int | None,
         typer.Option(min=1, help="Environment steps of each run (default: the method's)."),
     ] = None
+    tolerance: ToleranceOption = None
     seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1
     jobs: JobsOption = 1
     out: Annotated[
@@ -133,6 +135,7 @@ def _train(
             training.method,
             sharing=training.sharing,
             lam=lam,
+            tolerance=training.tolerance,
             seeds=range(seed, seed + training.seeds),
             steps=training.steps,
             jobs=training.jobs,
@@ -144,7 +147,7 @@ def _train(
 
 def _command(game: str, overrides: dict[str, Any], training: Training, seed: int) -> str:
     """Return the command that repeats the training; options with default values are left out."""
-    names = ("method", "sharing", "lam_range", "steps", "seeds")
+    names = ("method", "sharing", "lam_range", "steps", "tolerance", "seeds")
     options = overrides | {name: getattr(training, name) for name in names}
     options |= {"seed": seed, "out": training.out}
     defaults = inspect.signature(train).parameters

@@ -25,8 +25,10 @@ from baselines.evaluate_runs import (
 )
 from benchmarks.comparison.players import RECEDING, Entrant, entrant
 from benchmarks.comparison.results import CONFIDENCE, Played, PlayerResult
+from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.episodes import trajectories
 from ppg_env.env.players import information, track
+from ppg_env.env.rules import Rules
 from ppg_env.game.game import Game
 from ppg_env.risk.importance_sampling import IN_SIGHT, crash_weights
 from ppg_env.risk.monte_carlo import crash_counts
@@ -49,13 +51,17 @@ def compare(
     arena: str = "schedule",
     workers: int = 1,
     groups: int = 1,
+    tolerance: float | None = None,
     progress: Callable[[str], None] = lambda _player: None,
 ) -> list[PlayerResult]:
     """Plan or load each of ``players``, and simulate ``episodes`` of it in ``arena``.
 
     In ``env`` the episodes are divided among the runs of the learners, or among ``groups`` if there
-    are more of these.
+    are more of these; agents arrive within ``tolerance`` of their goals.
     """
+    rules = Rules(tolerance=tolerance)
+    if arena == "env":  # before the players plan
+        checked_tolerances(game, rules)
     entrants = []
     for player in players:
         progress(player)
@@ -67,19 +73,24 @@ def compare(
         if arena == "schedule":
             played = _on_schedule(game, ready, episodes, planner.seed, workers)
         else:
-            played = _in_environment(game, ready, episodes, planner, groups)
+            played = _in_environment(game, ready, episodes, planner, groups, rules)
         rows.append(PlayerResult(ready, played))
     return rows
 
 
 def _in_environment(
-    game: Game, ready: Entrant, episodes: int, planner: PlannerOptions, groups: int
+    game: Game,
+    ready: Entrant,
+    episodes: int,
+    planner: PlannerOptions,
+    groups: int,
+    rules: Rules,
 ) -> Played | None:
     runs, seed = ready.policies(game, planner), planner.seed
     if not runs:
         return None
     count = groups if ready.runs == 1 else ready.runs
-    statistics = evaluate_runs(game, runs, episodes, seed, groups=count)
+    statistics = evaluate_runs(game, runs, episodes, seed, groups=count, rules=rules)
     summary = statistics.summary
     played = Played(
         information=information(runs[0]),
@@ -90,11 +101,11 @@ def _in_environment(
         expected_cost=summary.cost_mean,
         runs=ready.runs,
         over_runs=statistics.over_runs() if ready.runs > 1 else None,
-        paths=trajectories(game, runs[0], min(PATHS, episodes), seed),
+        paths=trajectories(game, runs[0], min(PATHS, episodes), seed, rules=rules),
     )
     if summary.crash_any.hits >= FEW or ready.name == RECEDING:  # too slow to be split
         return played
-    rare = evaluate_rare_runs(game, runs, min(episodes, OF_A_LEVEL), seed)
+    rare = evaluate_rare_runs(game, runs, min(episodes, OF_A_LEVEL), seed, rules=rules)
     return replace(played, crash=tuple(rare.agents), crash_any=rare.any, method="rare")
 
 

@@ -82,7 +82,12 @@ class PlayerResult:
 
 
 def comparison_report(
-    game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int, seed: int
+    game: Game,
+    rows: Sequence[PlayerResult],
+    arena: str,
+    episodes: int,
+    seed: int,
+    tolerance: float | None = None,
 ) -> dict[str, Any]:
     """Return what ``ppg compare --json`` prints."""
     return {
@@ -91,6 +96,7 @@ def comparison_report(
         "collisions": game.collisions,
         "lam": [agent.lam for agent in game.agents],
         "arena": arena,
+        "tolerance": tolerance,
         "episodes": episodes,
         "seed": seed,
         "confidence": CONFIDENCE,

@@ -37,7 +37,13 @@ NOTE = "{episodes:,} episodes {where}; 95 % intervals; {stars}see ppg explain co
 WHERE = {"schedule": "on schedule", "env": "in the environment"}
 
 
-def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes: int) -> None:
+def print_results(
+    game: Game,
+    rows: Sequence[PlayerResult],
+    arena: str,
+    episodes: int,
+    tolerance: float | None = None,
+) -> None:
     """Print one line per player; players without a plan show their status, and why below."""
     cells = _schedule_cells if arena == "schedule" else _env_cells
     columns = SCHEDULE_COLUMNS if arena == "schedule" else ENV_COLUMNS
@@ -48,7 +54,8 @@ def print_results(game: Game, rows: Sequence[PlayerResult], arena: str, episodes
     failures = [f"{row.player}: {row.advice}." for row in rows if not row.played]
     marks = sorted({_star(row.played) for row in rows if row.played} - {""})
     stars = "".join(f"{STARS[mark]}; " for mark in marks)
-    note = NOTE.format(episodes=episodes, where=WHERE[arena], stars=stars)
+    where = WHERE[arena] + ("" if tolerance is None else f", arrival within {tolerance:g}")
+    note = NOTE.format(episodes=episodes, where=where, stars=stars)
     lams = sorted({agent.lam for agent in game.agents})
     print_table(
         f"{game_name(game)}: objective {game.objective}, lam {', '.join(f'{x:g}' for x in lams)}; "

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.encounter_tables import encounter_tables
 from ppg_env.env.observation import moving_obstacles, observation_frame
 from ppg_env.env.rules import Rules
@@ -30,9 +31,9 @@ class Tables(NamedTuple):
     """The arguments of the kernel that no step changes.
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
-    start (N, n), goal (N, n): arrival regions, ``tolerance`` wide;
-    agent_codes (3, N): sizes of goals, times of arrival on schedule, and whether the agent is
-    separable: no axis affects another, input limits included;
+    start (N, n), goal (N, n), tolerance (N, n): half widths of arrival regions around goals;
+    agent_codes (4, N): sizes of goals, times of arrival on schedule, whether the agent is
+    separable (no axis affects another, input limits included), and numbers of inputs;
     A (N, n, n), B (N, n, m), root (N + K, n, n) with root root' = noise, of agents and of moving
     obstacles, start_root (N, n, n) likewise sigma0;
     control_set (S, N): the control set v of each agent at each step, the last row for all later
@@ -60,7 +61,7 @@ class Tables(NamedTuple):
     start: np.ndarray
     goal: np.ndarray
     agent_codes: np.ndarray
-    tolerance: float
+    tolerance: np.ndarray
     A: np.ndarray
     B: np.ndarray
     root: np.ndarray
@@ -107,11 +108,13 @@ def make_tables(game: Game, rules: Rules) -> Tables:
         input_axes=(0,) * m,
         axes=(0,) * game.dim,
         **_dynamics(game, n, m),
+        tolerance=_tolerance(game, rules, n),
         agent_codes=np.array(
             [
                 [agent.goal.size for agent in game.agents],
                 rules.schedule or [NEVER] * len(game.agents),
                 [_separable(agent, rules, n, m) for agent in game.agents],
+                [agent.control_dim for agent in game.agents],
             ],
             dtype=np.int64,
         ),
@@ -148,6 +151,14 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
         "random_start": bool(start_root.any()),
         "effort": np.array([agent.effort for agent in agents]),
     }
+
+
+def _tolerance(game: Game, rules: Rules, n: int) -> np.ndarray:
+    """Return (N, n) half widths of the arrival regions, zero for components without a goal."""
+    result = np.zeros((len(game.agents), n))
+    for row, half in zip(result, checked_tolerances(game, rules), strict=True):
+        row[: half.size] = half
+    return result
 
 
 def _control_sets(game: Game, rules: Rules, m: int) -> dict[str, Any]:
@@ -188,7 +199,6 @@ def _obstacles(game: Game, n: int) -> dict[str, Any]:
 def _rules(game: Game, rules: Rules) -> dict[str, Any]:
     """Return the fields about the rules of play."""
     return {
-        "tolerance": float(rules.tolerance),
         "scheduled": rules.arrival == "schedule",
         "stay": rules.on_goal == "stay",
         "swept": game.collisions == "swept",

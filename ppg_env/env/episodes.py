@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator, Step
@@ -100,7 +101,8 @@ def evaluate(
     Raises
     ------
     InputError
-        If there is not one player per agent, or no episode to play.
+        If there is not one player per agent, no episode to play, or a player's actions are of
+        another shape or not finite.
     """
     check_players(game, players)
     require(episodes >= 1, "episodes", f"is {episodes}", "ask for at least one")
@@ -169,7 +171,8 @@ def play(
         traffic = simulator.status == TRAFFIC
         for i, player in enumerate(players):
             if traffic[:, i].any():
-                action[:, i, : sizes[i]] = player.act(simulator.view(i))
+                own = player_action(player, simulator.view(i), i, sizes[i])
+                action[:, i, : sizes[i]] = own
         yield traffic, simulator.step(action, noise, restart=False)
         # Without restart the kernel would go on moving agents that were truncated: take them out.
         simulator.status[~simulator.alive.any(axis=1)] = CRASHED

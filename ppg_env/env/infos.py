@@ -1,4 +1,4 @@
-"""The infos of the PettingZoo environment, and the names of the bodies that agents crash with."""
+"""The infos of the PettingZoo environment: numbers and arrays of the same shape at every step."""
 
 from __future__ import annotations
 
@@ -14,47 +14,68 @@ from ppg_env.game.game import Game
 
 Infos = dict[str, dict[str, Any]]
 
+CHOICES = ("numbers", "names")
+"""Whether ``crashed_with`` flags the bodies, or lists their names."""
+
 
 class InfoReader:
-    """Reads infos off the first copy of ``simulator``; ``names`` (N,) are those of the agents."""
+    """Reads infos off the first copy of ``simulator``; ``agents`` (N,) are the agents' names.
 
-    def __init__(self, simulator: Simulator, names: Sequence[str]) -> None:
-        self._simulator = simulator
-        self._index = {name: i for i, name in enumerate(names)}
-        self._regions = [agent.within for agent in simulator.game.agents]
-        self._partners = _partners(simulator.game, names)
+    With ``names``, crashes list the names of bodies instead of flags.
+    """
+
+    def __init__(self, simulator: Simulator, agents: Sequence[str], *, names: bool = False) -> None:
+        game = simulator.game
+        self._simulator, self._names = simulator, names
+        self._index = {name: i for i, name in enumerate(agents)}
+        self._regions = [agent.within for agent in game.agents]
+        self._bodies = [*agents, *(f"obstacle_{k}" for k in range(len(game.obstacles)))]
+        self._met = _bodies_met(game)
+        self._effortless = not any(agent.effort for agent in game.agents)
+        self._arrived = np.zeros(len(agents), dtype=np.bool_)
+        self._crashed = np.zeros(len(agents), dtype=np.bool_)
 
     def at_reset(self) -> Infos:
         """Return the infos of all agents at time 0."""
-        traffic = (self._simulator.status[0] == TRAFFIC).tolist()
-        costs = {"crashed": False, "time_cost": 0.0, "safety_cost": 0.0}
-        return {
-            name: costs
-            | {
-                "crashed_with": [],
-                "arrived": not traffic[i],
-                "in_traffic": traffic[i],
-                "outside": self._outside(i),
-            }
-            for name, i in self._index.items()
-        }
+        N = len(self._index)
+        self._arrived = self._simulator.status[0] != TRAFFIC
+        self._crashed = np.zeros(N, dtype=np.bool_)
+        flags = np.zeros((N, len(self._bodies)), dtype=np.bool_)
+        return self._infos(list(self._index), flags, [0.0] * N, [0.0] * N, [0.0] * N)
 
     def after_step(self, acting: Sequence[str]) -> Infos:
         """Return the infos of the agents that were ``acting`` in the last step."""
-        last, index, regions = self._simulator.last, self._index, self._regions
-        arrived, crashed = last.arrived[0].tolist(), last.crashed[0].tolist()
+        last = self._simulator.last
+        self._arrived = self._arrived | last.arrived[0]
+        self._crashed = self._crashed | last.crashed[0]
         time, safety = last.time_cost[0].tolist(), last.safety_cost[0].tolist()
+        effort = [0.0] * len(time)
+        if not self._effortless:
+            lam = self._simulator.lam[0].tolist()
+            effort = [max(t - own, 0.0) for t, own in zip(time, lam, strict=True)]
+        return self._infos(acting, self._crashed_with(), time, safety, effort)
+
+    def _infos(
+        self,
+        acting: Sequence[str],
+        crashed_with: np.ndarray,
+        time: list[float],
+        safety: list[float],
+        effort: list[float],
+    ) -> Infos:
+        arrived, crashed = self._arrived.tolist(), self._crashed.tolist()
         traffic = (self._simulator.status[0] == TRAFFIC).tolist()
         infos = {}
         for name in acting:
-            i = index[name]
+            i = self._index[name]
             infos[name] = {
                 "arrived": arrived[i],
                 "crashed": crashed[i],
-                "crashed_with": self._crashed_with(i) if crashed[i] else [],
+                "crashed_with": self._named(crashed_with[i]) if self._names else crashed_with[i],
                 "in_traffic": traffic[i],
-                "outside": bool(regions[i]) and self._outside(i),
+                "outside": bool(self._regions[i]) and self._outside(i),
                 "time_cost": time[i],
+                "effort_cost": effort[i],
                 "safety_cost": safety[i],
             }
         return infos
@@ -68,19 +89,24 @@ class InfoReader:
             for region in self._regions[agent]
         )
 
-    def _crashed_with(self, agent: int) -> list[str]:
+    def _crashed_with(self) -> np.ndarray:
+        """Return (N, N + K) whether each agent overlapped each body in the last step."""
+        flags = np.zeros((len(self._index), len(self._bodies)), dtype=np.bool_)
         overlap = self._simulator.last.overlap[0]
-        return [name for e, name in self._partners[agent] if overlap[e]]
+        if overlap.any():
+            agents, bodies = (side[overlap] for side in self._met)
+            flags[agents, bodies] = True
+            both = bodies < len(flags)
+            flags[bodies[both], agents[both]] = True
+        return flags
+
+    def _named(self, flags: np.ndarray) -> list[str]:
+        return [self._bodies[body] for body in np.flatnonzero(flags).tolist()]
 
 
-def _partners(game: Game, names: Sequence[str]) -> list[list[tuple[int, str]]]:
-    """Return, for each agent, the encounters it is in and the name of the other body."""
-    partners: list[list[tuple[int, str]]] = [[] for _ in names]
-    for e, encounter in enumerate(game.encounters):
-        if encounter.obstacle is not None:
-            partners[encounter.agents[0]].append((e, f"obstacle_{encounter.obstacle}"))
-            continue
-        i, j = encounter.agents
-        partners[i].append((e, names[j]))
-        partners[j].append((e, names[i]))
-    return partners
+def _bodies_met(game: Game) -> tuple[np.ndarray, np.ndarray]:
+    """Return (E,) the agent and the other body of each encounter; obstacle k is body N + k."""
+    N, K = len(game.agents), len(game.obstacles)
+    first, second = np.triu_indices(N, 1)
+    agents = np.concatenate([first, np.repeat(np.arange(N), K)])
+    return agents, np.concatenate([second, N + np.tile(np.arange(K), N)])

@@ -26,6 +26,7 @@ from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.support.compilation import njit
+from ppg_env.tolerances import LARGEST
 
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
@@ -39,6 +40,15 @@ def _observe(g, marks, marked, state, status, clock, out):
     if g.path.size:
         _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
                          out)  # fmt: skip
+
+
+@njit(cache=True)
+def all_usable(action):
+    """Return whether all entries are numbers of at most ``LARGEST`` in size, hence finite."""
+    usable, flat = True, action.reshape(-1)
+    for k in range(flat.size):  # without a branch, so that the compiler uses vectors
+        usable &= abs(flat[k]) <= LARGEST
+    return usable
 
 
 @njit(cache=True)
@@ -120,7 +130,7 @@ def _restart(
             if not scheduled:
                 at_goal = True
                 for k in range(goal_size[i]):
-                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance
+                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance[i, k]
             if at_goal:
                 status[c, i] = ARRIVED
                 parked[c, i] = 0
@@ -143,6 +153,7 @@ def _move(
     n, m = len(state_axes), len(input_axes)
     low, high, first_edge, first_input = limits[0], limits[1], first_row[0], first_row[1]
     goal_size, schedule, separable = agent_codes[0], agent_codes[1], agent_codes[2]
+    inputs = agent_codes[3]
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
@@ -166,7 +177,7 @@ def _move(
                     asked += abs(push)
             else:
                 for k in range(m):
-                    u[k] = action[c, i, k]
+                    u[k] = action[c, i, k] if k < inputs[i] else 0.0
                     if kind == BOX:
                         u[k] = min(max(u[k], low[v, k]), high[v, k])
                 if kind == POLYGON:
@@ -191,7 +202,7 @@ def _move(
             if not scheduled:  # inlined by hand: a call per agent doubles the time of a step
                 at_goal = True
                 for k in range(goal_size[i]):
-                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance
+                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance[i, k]
             if at_goal:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True

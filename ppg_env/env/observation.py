@@ -53,11 +53,14 @@ def observation_size(game: Game) -> int:
 
 
 def observation_frame(game: Game) -> tuple[np.ndarray, float]:
-    """Return the centre (d,) of starts and goals, and half their largest extent (at least 1)."""
+    """Return the centre (d,) of starts and goals, and half their largest extent.
+
+    The latter is at least the game's unit of length, a fifteenth of the smallest body.
+    """
     d = game.dim
     places = np.array([[*agent.start[:d], *agent.goal[:d]] for agent in game.agents]).reshape(-1, d)
     spread = np.ptp(places, axis=0)
-    return (places.max(axis=0) + places.min(axis=0)) / 2, max(float(spread.max()) / 2, 1.0)
+    return (places.max(axis=0) + places.min(axis=0)) / 2, max(float(spread.max()) / 2, game.unit)
 
 
 def write_observations(

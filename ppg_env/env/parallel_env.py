@@ -10,7 +10,9 @@ import numpy as np
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
+from ppg_env.env.action_spaces import action_spaces
 from ppg_env.env.actions import ActionReader
+from ppg_env.env.infos import CHOICES as INFOS
 from ppg_env.env.infos import InfoReader
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
@@ -67,10 +69,21 @@ class PathPlanningEnv(ParallelEnv):
     sharing="social"            no agent terminates before the last: all wait for the sum
     ==========================  ==============================================================
 
-    **Infos**, per living agent and step: ``arrived``, ``crashed`` (bool), ``crashed_with`` (names
-    of agents, ``obstacle_<k>``), ``in_traffic``, ``outside`` (whether the realised state is outside
-    the agent's workspace ``within``, which binds means only), ``time_cost`` (effort included),
-    ``safety_cost`` (the agent's own terms; the selfish reward is minus their sum).
+    **Infos**, the same keys, shapes and types at reset and at every step, of each living agent:
+
+    ================  =================================================================
+    ``arrived``       whether it has arrived, from the step of the arrival on
+    ``crashed``       whether it has crashed, from the step of the crash on
+    ``crashed_with``  (N + K,) the agents, then the K obstacles, that it overlaps in this
+                      step; with ``infos="names"`` the list of their names
+    ``in_traffic``    whether it still moves
+    ``outside``       whether the realised state is outside its workspace ``within``,
+                      which binds means only
+    ``time_cost``     time and effort of the step; minus the selfish reward is this and
+                      ``safety_cost``
+    ``effort_cost``   the part of ``time_cost`` that is due to effort
+    ``safety_cost``   of the agent's own crashes or margins in the step
+    ================  =================================================================
 
     Parameters
     ----------
@@ -80,6 +93,9 @@ class PathPlanningEnv(ParallelEnv):
         ``rgb_array``, ``human`` or None.
     observation
         ``relative``, ``box``, ``neighbours(k=4)``, ``lidar(rays=16)`` or ``state``.
+    infos
+        ``numbers``, or ``names`` for the names of the bodies in ``crashed_with``; learning
+        libraries stack infos, and cannot stack names.
     **options
         Rules of play (``arrival``, ``on_goal``, ``on_crash``, ``reward``, ``sharing``,
         ``saturation``, ``tolerance``, ``schedule``, ``max_cycles``; see :mod:`ppg_env.env.rules`)
@@ -88,8 +104,8 @@ class PathPlanningEnv(ParallelEnv):
     Raises
     ------
     InputError
-        If an option is unknown or has a wrong value, or an action is missing, of the wrong
-        shape, or not finite.
+        If an option is unknown or has a wrong value, an agent starts inside its arrival region,
+        or an action is missing, of the wrong shape, not finite, or of an unknown agent.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - PettingZoo reads it as a plain class attribute
@@ -105,8 +121,10 @@ class PathPlanningEnv(ParallelEnv):
         *,
         render_mode: str | None = None,
         observation: str = "relative",
+        infos: str = "numbers",
         **options: Any,
     ) -> None:
+        require(infos in INFOS, "infos", f"is {infos!r}", "write " + " or ".join(INFOS))
         require(
             render_mode is None or render_mode in RENDER_MODES,
             "render_mode",
@@ -124,9 +142,10 @@ class PathPlanningEnv(ParallelEnv):
         self.agents: list[str] = []
         self._index = {name: i for i, name in enumerate(self.possible_agents)}
         self.simulator = Simulator(self.game, make_rules(self.game, **rules), seed=None)
-        self._actions = ActionReader(self.simulator, self.possible_agents)
-        self._infos = InfoReader(self.simulator, self.possible_agents)
-        self.action_spaces = self._actions.spaces
+        self._actions = ActionReader(self.game, self.possible_agents)
+        self._infos = InfoReader(self.simulator, self.possible_agents, names=infos == "names")
+        spaces = action_spaces(self.game, projected=self.rules.saturation == "clip")
+        self.action_spaces = dict(zip(self.possible_agents, spaces, strict=True))
         self._observer = make_observer(self.simulator, observation)
         space = self._observer.space
         self.observation_spaces = {
@@ -189,14 +208,15 @@ class PathPlanningEnv(ParallelEnv):
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Move every living agent; ``actions`` has one entry for each."""
+        """Move every living agent; ``actions`` has one entry for each.
+
+        Entries of agents that have left are ignored.
+        """
         require(isinstance(actions, dict), "actions", "are not a dict", "write {agent: action}")
         require(self._was_reset, "step", "comes before the first reset", "call reset first")
         acting = self.agents
         if not acting:
-            require(
-                not actions, "actions", "are given although no agent is left", "call reset first"
-            )
+            self._actions.check_names(actions)
             return {}, {}, {}, {}, {}
         out = self.simulator.step(self._actions.read(actions, acting), restart=False)
         observation = self._observer.read(out.observation)[0]

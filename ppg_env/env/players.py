@@ -25,6 +25,9 @@ from ppg_env.game.least_effort import straight_plan
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.game.polytope import Polytope
 
+ADMISSIBLE = 1e-9
+"""A control may leave its set by this much, in the agent's unit of controls."""
+
 
 @dataclass(frozen=True)
 class View:
@@ -123,13 +126,15 @@ class GoToGoal:
             holds = clock >= first
             if k + 1 < len(self._sets):
                 holds &= clock < self._sets[k + 1][0]
-            _play(laws, admissible, state, np.flatnonzero(holds), action)
+            slack = ADMISSIBLE * self._mover.control_unit
+            _play(laws, admissible, slack, state, np.flatnonzero(holds), action)
         return action
 
 
 def _play(
     laws: Sequence[tuple[np.ndarray, np.ndarray]],
     admissible: Polytope,
+    slack: float,
     state: np.ndarray,
     undecided: np.ndarray,
     action: np.ndarray,
@@ -138,7 +143,7 @@ def _play(
     for k, (matrix, offset) in enumerate(laws):
         action[undecided] = state[undecided] @ matrix.T + offset
         if k + 1 < len(laws):
-            undecided = undecided[admissible.clearance(action[undecided]) > 1e-9]
+            undecided = undecided[admissible.clearance(action[undecided]) > slack]
         if not undecided.size:
             break
 

@@ -3,7 +3,9 @@
 ==========================  ======================================================================
 option                      meaning
 ==========================  ======================================================================
-``arrival="region"``        an agent arrives when its state is within ``tolerance`` of its goal
+``arrival="region"``        an agent arrives when its state is within ``tolerance`` of its goal:
+                            by default half of its longest step, per component
+                            (:mod:`ppg_env.env.arrival_regions`)
 ``arrival="schedule"``      agent i arrives at time ``schedule[i]``, wherever it is (the paper's
                             T_i)
 ``on_goal="remove"``        an arrived agent leaves the game and its body is removed
@@ -71,10 +73,6 @@ CHOICES = {
     "saturation": ("clip", "none"),
 }
 
-TOLERANCE = 5.0
-"""Half side of the arrival region, a box around the goal: half a step at the default speed, 3.6
-standard deviations of one step's default noise."""
-
 
 @dataclass(frozen=True)
 class Rules:
@@ -83,7 +81,8 @@ class Rules:
     Attributes
     ----------
     on_goal : what becomes of arrived bodies; None for the game's own ``on_goal``.
-    tolerance : largest distance per component from the goal at arrival, for ``region``.
+    tolerance : largest distance per component from the goal at arrival, for ``region``; None for
+        half of an agent's longest step, per component.
     schedule : (N,) arrival times, for ``schedule``.
     max_cycles : steps after which the episode is truncated; None for twice the horizon.
     """
@@ -94,7 +93,7 @@ class Rules:
     reward: str = "risk"
     sharing: str = "selfish"
     saturation: str = "clip"
-    tolerance: float = TOLERANCE
+    tolerance: float | None = None
     schedule: tuple[int, ...] | None = None
     max_cycles: int | None = None
 
@@ -109,9 +108,8 @@ class Rules:
                 f"is {value!r}",
                 "write " + " or ".join(allowed),
             )
-        number = isinstance(self.tolerance, (int, float)) and not isinstance(self.tolerance, bool)
         require(
-            number and 0 <= self.tolerance < float("inf"),
+            self.tolerance is None or _length(self.tolerance),
             "tolerance",
             f"is {self.tolerance!r}",
             "write a length, zero or more",
@@ -174,6 +172,11 @@ def make_rules(game: Game, **options: Any) -> Rules:
             "give one per agent",
         )
     return rules
+
+
+def _length(value: Any) -> bool:
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    return bool(number and 0 <= value < float("inf"))
 
 
 def _whole(value: Any, least: int) -> bool:

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
 from ppg_env.env.arrays import make_tables
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
 from ppg_env.env.rules import Rules
 from ppg_env.env.status import ARRIVED, TRAFFIC
-from ppg_env.errors import require
+from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import bounds
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Simulator:
     parked : (C, N) times of arrival; huge before it.
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
-    lam : (C, N) weights of time in the rewards, the game's unless changed.
+    lam : (C, N) weights of time in the rewards, the game's unless changed; assigning copies.
     noise_shape : shape (C, N, n) of the standard normals of a step; (C, N + K, n) if a moving
         obstacle has noise.
     low, high : (N, m) the box around all of an agent's control sets, zero where it has no input.
@@ -79,29 +79,30 @@ class Simulator:
     def __init__(
         self, game: Game, rules: Rules | None = None, copies: int = 1, seed: Any = 0
     ) -> None:
-        require(copies >= 1, "copies", f"is {copies}", "ask for at least one")
+        whole = isinstance(copies, (int, np.integer)) and copies >= 1
+        require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
         C, m, self.copies = copies, self.tables.limits.shape[2], copies
         self.observation_size = observation_size(game)
         self.action_size = m
-        self.low, self.high = np.zeros((N, m)), np.zeros((N, m))
-        for i, agent in enumerate(game.agents):
-            box = slice(agent.control_dim)
-            self.low[i, box], self.high[i, box] = bounds(agent.control)
+        self.low, self.high = action_boxes(game)
+        self._sizes = [agent.control_dim for agent in game.agents]
+        self._action = np.zeros((C, N, m))
         bodies = N + len(self.tables.path)
         self.bodies = np.zeros((C, bodies, n))
         self.status = np.zeros((C, N), dtype=np.int8)
         self.parked = np.zeros((C, N), dtype=np.int64)
         self.alive = np.zeros((C, N), dtype=np.bool_)
         self.clock = np.zeros(C, dtype=np.int64)
-        self.lam = np.tile([agent.lam for agent in game.agents], (C, 1))
+        self._lam = np.tile([agent.lam for agent in game.agents], (C, 1))
         self._before = np.zeros(self.bodies.shape if self.tables.swept else (0, 0, 0))
         self.noise_shape = C, bodies if self.tables.drifting else N, n
         self._noise = np.zeros(self.noise_shape)
         self._start_noise = np.zeros(self.noise_shape)
         self._all = np.ones(C, dtype=np.bool_)
+        self._was_reset = False
         self.last = _make_step(C, N, len(game.encounters), self.observation_size)
         self.seed(seed)
 
@@ -109,6 +110,15 @@ class Simulator:
     def state(self) -> np.ndarray:
         """States of all agents (C, N, n), a view."""
         return self.bodies[:, : self.status.shape[1]]
+
+    @property
+    def lam(self) -> np.ndarray:
+        """Weights of time (C, N)."""
+        return self._lam
+
+    @lam.setter
+    def lam(self, weights: Any) -> None:
+        self._lam[:] = weights
 
     @property
     def max_cycles(self) -> int:
@@ -136,11 +146,12 @@ class Simulator:
         """
         from ppg_env.env import kernel
 
+        chosen = self._all if chosen is None else self._checked_choice(chosen)
         if noise is None:
             self._draw_starts()
         else:
-            self._start_noise[:] = noise
-        chosen = self._all if chosen is None else chosen
+            self._start_noise[:] = self._checked_noise(noise)
+        self._was_reset = True
         kernel.begin(
             self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
@@ -150,16 +161,30 @@ class Simulator:
     def step(
         self, action: np.ndarray, noise: np.ndarray | None = None, *, restart: bool = True
     ) -> Step:
-        """Move every copy by ``action`` (C, N, m).
+        """Move every copy by ``action`` (C, N, m), or by one action (N, m) for all copies.
 
         Actions of agents that are not alive are ignored.
         ``noise`` (standard normals of ``noise_shape``) replaces the simulator's own, for replays.
         With ``restart``, copies whose episode is over are reset in the same step.
+
+        Raises
+        ------
+        InputError
+            If an array has another shape, an input of an agent in traffic is not finite, or the
+            simulator has not been reset.  Nothing has moved then.
         """
         from ppg_env.env import kernel
 
+        if not self._was_reset:
+            raise InputError("step", "comes before the first reset", "call reset first")
+        action = batch_of_actions(action, self._action)
+        if not kernel.all_usable(action):
+            moving = self.alive & (self.status == TRAFFIC)
+            action = without_unusable(action, moving, self._sizes)
         if noise is None:
             noise = self.random.standard_normal(out=self._noise)
+        else:
+            noise = self._checked_noise(noise)
         if restart:
             self._draw_starts()
         out = self.last
@@ -183,6 +208,30 @@ class Simulator:
             clock=self.clock,
             lam=self.lam,
         )
+
+    def _checked_choice(self, chosen: Any) -> np.ndarray:
+        mask = np.asarray(chosen)
+        fits = mask.shape == self._all.shape and mask.dtype == np.bool_
+        require(
+            fits,
+            "chosen",
+            f"has the shape {mask.shape} and the type {mask.dtype}",
+            f"give {self.copies} truth values, one per copy",
+        )
+        require(
+            self._was_reset or bool(mask.all()),
+            "reset",
+            "starts only some of the copies before any has started",
+            "reset all of them first",
+        )
+        return mask
+
+    def _checked_noise(self, noise: Any) -> np.ndarray:
+        normals = np.asarray(noise, dtype=np.float64)
+        if normals.shape != self.noise_shape:
+            remedy = f"give standard normals of the shape {self.noise_shape}"
+            raise InputError("noise", f"has the shape {normals.shape}", remedy)
+        return normals
 
     def _draw_starts(self) -> None:
         if self.tables.random_start:

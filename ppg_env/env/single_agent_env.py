@@ -13,9 +13,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from ppg_env.env.actions import player_action
 from ppg_env.env.parallel_env import RENDER_MODES, PathPlanningEnv
 from ppg_env.env.players import Player, straight_players
-from ppg_env.errors import require
+from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 
 
@@ -59,6 +60,8 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         } | dict(players or {})
         self.observation_space = self._env.observation_space(self._name)
         self.action_space = self._env.action_space(self._name)
+        self._sizes = [agent.control_dim for agent in self.game.agents]
+        self._was_reset = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -66,18 +69,20 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """Start an episode; a ``seed`` fixes the noise of this and of later episodes."""
         super().reset(seed=seed)
         observations, infos = self._env.reset(seed, options)
+        self._was_reset = True
         return observations[self._name], infos[self._name]
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Play ``action`` against the frozen players."""
-        require(
-            self._name in self._env.agents, "step", "comes after the episode's end", "call reset"
-        )
+        if self._name not in self._env.agents:
+            when = "after the episode's end" if self._was_reset else "before the first reset"
+            raise InputError("step", f"comes {when}", "call reset first")
         actions = {self._name: action}
+        simulator = self._env.simulator
         for i, player in self.players.items():
             name = self._env.possible_agents[i]
             if name in self._env.agents:
-                actions[name] = player.act(self._env.simulator.view(i))[0]
+                actions[name] = player_action(player, simulator.view(i), i, self._sizes[i])[0]
         observations, rewards, terminated, truncated, infos = self._env.step(actions)
         name = self._name
         return observations[name], rewards[name], terminated[name], truncated[name], infos[name]

@@ -28,6 +28,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ppg_env.env.actions import player_action
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
 from ppg_env.env.simulator import Simulator
@@ -163,8 +164,9 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         values[self._waiting] = 0.0
         require(bool(np.isfinite(values).all()), "actions", "are not finite", "give finite numbers")
         for agent, player in self._players.items():
-            played = player.act(self.simulator.view(agent))
-            self._actions[:, agent, : played.shape[1]] = played
+            inputs = self.game.agents[agent].control_dim
+            view = self.simulator.view(agent)
+            self._actions[:, agent, :inputs] = player_action(player, view, agent, inputs)
         self._actions[:, self.learner, :size] = values
 
     def _observations(self) -> np.ndarray:

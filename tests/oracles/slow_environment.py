@@ -53,10 +53,11 @@ def nearest(point: np.ndarray, vertices: np.ndarray) -> np.ndarray:
 
 @dataclass
 class SlowGame:
-    """One copy of ``game`` under ``rules``."""
+    """One copy of ``game`` under ``rules``, with ``tolerance`` (N, n) of arrival regions."""
 
     game: Game
     rules: Rules
+    tolerance: np.ndarray
     time: int = 0
     states: list[np.ndarray] = field(default_factory=list)
     place: list[str] = field(default_factory=list)  # "traffic", "arrived" or "crashed"
@@ -75,7 +76,8 @@ class SlowGame:
         if self.rules.schedule is not None:
             return self.time >= self.rules.schedule[i]
         goal = self.game.agents[i].goal
-        return bool(np.abs(self.states[i][: goal.size] - goal).max() <= self.rules.tolerance)
+        away = np.abs(self.states[i][: goal.size] - goal)
+        return bool((away <= self.tolerance[i, : goal.size]).all())
 
     def bodies(self) -> list[tuple[int, int | None, int | None, np.ndarray, np.ndarray]]:
         """All pairs that may meet: i, j or None, obstacle, displacement, vertices of the set."""

@@ -106,7 +106,7 @@ def play_beside_the_oracle(game: Game, rules: Rules, seed: int) -> dict[str, int
     rules = simulator.rules
     seen = {"arrived": 0, "crashed": 0, "truncated": 0, "terminated": 0}
     simulator.reset()
-    slow = [SlowGame(game, rules) for _ in range(copies)]
+    slow = [SlowGame(game, rules, simulator.tables.tolerance) for _ in range(copies)]
     N = len(game.agents)
     for _ in range(9):
         target = simulator.tables.goal - simulator.state
@@ -145,6 +145,7 @@ def test_single_and_batched_agree_step_for_step(
         first, _ = env.reset()
         assert all(np.array_equal(first[a], observation[c, i]) for i, a in enumerate(first))
     random = np.random.default_rng(0)
+    seen: list[dict[str, tuple[bool, bool]]] = [{} for _ in singles]  # crashed, arrived so far
     for _ in range(steps):
         action = random.uniform(-12, 12, (copies, *batch.low.shape))
         noise = random.standard_normal(batch.state.shape)
@@ -152,6 +153,7 @@ def test_single_and_batched_agree_step_for_step(
         for c, env in enumerate(singles):
             if not env.agents:
                 env.reset()
+                seen[c] = {}
             env.simulator.random = Replay(noise[c : c + 1])
             acting = env.agents
             result = env.step({a: action[c, i] for i, a in names(env, acting)})
@@ -159,8 +161,11 @@ def test_single_and_batched_agree_step_for_step(
                 assert result[1][a] == out.reward[c, i]
                 assert result[2][a] == out.terminated[c, i]
                 assert result[3][a] == out.truncated[c, i]
-                assert result[4][a]["crashed"] == out.crashed[c, i]
-                assert result[4][a]["arrived"] == out.arrived[c, i]
+                assert result[4][a]["crashed_with"].any() == out.crashed[c, i]
+                before = seen[c].get(a, (False, False))
+                after = before[0] or out.crashed[c, i], before[1] or out.arrived[c, i]
+                assert (result[4][a]["crashed"], result[4][a]["arrived"]) == after
+                seen[c][a] = after
                 last = out.final_observation if out.over[c] else out.observation
                 assert np.array_equal(result[0][a], last[c, i])
             assert (not env.agents) == out.over[c]
@@ -186,7 +191,7 @@ def duel(**options: Any) -> PathPlanningEnv:
     body, speed = Polytope.box([4, 4]), Polytope.box([20, 20])
     first = Agent(np.array([0.0, 0.0]), np.array([20.0, 0.0]), body, speed, noise=np.array(0.0))
     other = Agent(np.array([40.0, 0.0]), np.array([0.0, 0.0]), body, speed, noise=np.array(0.0))
-    env = PathPlanningEnv(Game((first, other), horizon=10), tolerance=0.5, **options)
+    env = PathPlanningEnv(Game((first, other), horizon=10), tolerance=0.5, infos="names", **options)
     env.reset(seed=0)
     return env
 
