@@ -2,6 +2,7 @@ from .env.parallel_env import PathPlanningEnv as PathPlanningEnv
 from .env.registration import register_environments as register_environments
 from .env.simulator import Simulator as Simulator
 from .env.single_agent_env import SingleAgentEnv as SingleAgentEnv
+from .env.vector_env import GameVectorEnv as GameVectorEnv
 from .errors import InputError as InputError
 from .game.agent import Agent as Agent
 from .game.agent import SpectralRadiusWarning as SpectralRadiusWarning

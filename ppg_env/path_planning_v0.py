@@ -15,6 +15,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.registration import parallel_env as make_parallel
 
 __all__ = ["env", "parallel_env", "raw_env"]
 
@@ -22,8 +23,11 @@ parallel_env = PathPlanningEnv
 
 
 def raw_env(*arguments: Any, **options: Any) -> AECEnv:
-    """Return the environment as a turn-based (AEC) one; moves of a step take effect together."""
-    return parallel_to_aec(PathPlanningEnv(*arguments, **options))
+    """Return the environment as a turn-based (AEC) one; moves of a step take effect together.
+
+    Options may be arguments of a family of games, as in ``raw_env("circle", n=8)``.
+    """
+    return parallel_to_aec(make_parallel(*arguments, **options))
 
 
 def env(*arguments: Any, **options: Any) -> AECEnv:

@@ -17,3 +17,4 @@ from .rules import make_rules as make_rules
 from .simulator import Simulator as Simulator
 from .simulator import Step as Step
 from .single_agent_env import SingleAgentEnv as SingleAgentEnv
+from .vector_env import GameVectorEnv as GameVectorEnv

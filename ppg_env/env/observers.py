@@ -248,8 +248,8 @@ def contact(room: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         at = room / slopes
     enter = np.where(slopes < 0, at, -np.inf).max(axis=-1)
     leave = np.where(slopes > 0, at, np.inf).min(axis=-1)
-    beside = ((slopes == 0) & (room < 0)).any(axis=-1)
-    hit = (enter <= leave) & (leave >= 0) & ~beside
+    outside = ((slopes == 0) & (room < 0)).any(axis=-1)
+    hit = (enter <= leave) & (leave >= 0) & ~outside
     return np.where(hit, np.maximum(enter, 0.0), np.inf)
 
 

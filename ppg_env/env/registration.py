@@ -21,7 +21,6 @@ from ppg_env.scenarios.registry import registry
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
-    from pettingzoo import AECEnv
 
     from ppg_env.env.parallel_env import PathPlanningEnv
     from ppg_env.env.single_agent_env import SingleAgentEnv
@@ -70,21 +69,14 @@ def _register_with_pettingzoo(name: str, kwargs: dict[str, Any]) -> None:
     if name not in parallel_registry:
         register("parallel", name, entry_point=f"{HOME}:parallel_env", kwargs=kwargs)
     if name not in aec_registry:
-        register("aec", name, entry_point=f"{HOME}:aec_env", kwargs=kwargs)
+        register("aec", name, entry_point="ppg_env.path_planning_v0:env", kwargs=kwargs)
 
 
-def parallel_env(game: Any, **options: Any) -> PathPlanningEnv:
+def parallel_env(game: Any = "opposing", **options: Any) -> PathPlanningEnv:
     """Return the PettingZoo environment of ``game``; options may be arguments of its family."""
     from ppg_env.env.parallel_env import PathPlanningEnv
 
     return PathPlanningEnv(_with_arguments(game, options), **options)
-
-
-def aec_env(game: Any, **options: Any) -> AECEnv:
-    """Return the turn-based environment of ``game``, otherwise as :func:`parallel_env`."""
-    from ppg_env import path_planning_v0
-
-    return path_planning_v0.env(_with_arguments(game, options), **options)
 
 
 def single_agent_env(game: Any, **options: Any) -> SingleAgentEnv:

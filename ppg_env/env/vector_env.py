@@ -28,6 +28,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ppg_env.env.actions import player_action
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
 from ppg_env.env.simulator import Simulator
@@ -44,7 +45,8 @@ MODES = ("SameStep", "NextStep", "Disabled")
 class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """``num_envs`` copies of a game, seen by one agent each.
 
-    Arrays that ``reset`` and ``step`` return are the caller's to keep.
+    Arrays that ``reset`` and ``step`` return are the caller's to keep.  Infos are ``arrived`` and
+    ``crashed`` (whether the learner has), ``in_traffic``, ``time_cost`` and ``safety_cost``.
 
     Parameters
     ----------
@@ -96,6 +98,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._actions = np.zeros((num_envs, *self.simulator.low.shape))
         self._inputs = single.game.agents[learner].control_dim
         self._waiting = np.ones(num_envs, dtype=np.bool_)
+        self._arrived, self._crashed = np.zeros((2, num_envs), dtype=np.bool_)
         self._started = False
 
     def reset(
@@ -124,7 +127,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 f"give an array of {self.num_envs} booleans",
             )
             chosen = mask
-        self.simulator.reset(chosen)
+        self._begin(chosen)
         self._waiting, self._started = self._waiting & ~chosen, True
         return self._observations(), self._infos(chosen, chosen)
 
@@ -141,14 +144,21 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         terminations = out.terminated[:, i] & ~waiting
         truncations = out.truncated[:, i] & ~waiting
         ended, infos = terminations | truncations, {}
+        self._arrived |= out.arrived[:, i]
+        self._crashed |= out.crashed[:, i]
         if self._mode == "SameStep" and ended.any():
             infos = self._final(ended)
         begun = {"SameStep": ended, "NextStep": waiting}.get(self._mode, np.zeros_like(ended))
         if begun.any():
-            self.simulator.reset(begun)
+            self._begin(begun)
         self._waiting = ended & ~begun
         infos |= self._infos(np.ones_like(ended), begun)
         return self._observations(), rewards, terminations, truncations, infos
+
+    def _begin(self, chosen: np.ndarray) -> None:
+        self.simulator.reset(chosen)
+        self._arrived[chosen] = self.simulator.status[chosen, self.learner] != TRAFFIC
+        self._crashed[chosen] = False
 
     def _act(self, actions: np.ndarray) -> None:
         """Write what all agents play; actions of copies that wait for a reset are not read."""
@@ -163,8 +173,9 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         values[self._waiting] = 0.0
         require(bool(np.isfinite(values).all()), "actions", "are not finite", "give finite numbers")
         for agent, player in self._players.items():
-            played = player.act(self.simulator.view(agent))
-            self._actions[:, agent, : played.shape[1]] = played
+            inputs = self.game.agents[agent].control_dim
+            view = self.simulator.view(agent)
+            self._actions[:, agent, :inputs] = player_action(player, view, agent, inputs)
         self._actions[:, self.learner, :size] = values
 
     def _observations(self) -> np.ndarray:
@@ -174,11 +185,10 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def _infos(self, chosen: np.ndarray, begun: np.ndarray) -> dict[str, Any]:
         """Return infos of the ``chosen`` copies, of which those ``begun`` are at time 0."""
         last, i = self.simulator.last, self.learner
-        traffic = self.simulator.status[:, i] == TRAFFIC
         values = {
-            "arrived": np.where(begun, ~traffic, last.arrived[:, i]),
-            "crashed": last.crashed[:, i] & ~begun,
-            "in_traffic": traffic,
+            "arrived": self._arrived.copy(),
+            "crashed": self._crashed.copy(),
+            "in_traffic": self.simulator.status[:, i] == TRAFFIC,
             "time_cost": np.where(begun, 0.0, last.time_cost[:, i]),
             "safety_cost": np.where(begun, 0.0, last.safety_cost[:, i]),
         }

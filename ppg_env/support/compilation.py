@@ -1,7 +1,7 @@
 """Compilation by Numba at first use: where machine code is kept, who compiles it, what users see.
 
 Machine code is kept next to the source or, where that is not writable, in the user's cache folder,
-as Numba does it.  Where neither is writable (a container that runs as nobody), it is kept in a
+as Numba does it.  Where neither is writable (a container without a home), it is kept in a
 private temporary folder, which child processes share.  ``NUMBA_CACHE_DIR`` overrides all of them.
 
 Processes that start at the same time compile once: the first one holds a lock on the folder, the

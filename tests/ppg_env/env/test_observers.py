@@ -135,7 +135,7 @@ def test_rays_are_unit_vectors_in_every_dimension() -> None:
         np.testing.assert_allclose(directions.mean(axis=0), 0.0, atol=0.05)
 
 
-def test_a_ray_along_a_face_misses_what_is_beside_it() -> None:
+def test_a_ray_along_a_face_misses_what_is_next_to_it() -> None:
     normals = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     for start, wanted in (([-5.0, 0.5], 4.0), ([-5.0, 2.0], np.inf), ([0.0, 0.0], 0.0)):
         room = np.ones(4) - normals @ np.array(start)

@@ -27,6 +27,7 @@ def towards_goal(envs: GameVectorEnv) -> np.ndarray:
 @pytest.mark.parametrize("learner", [0, 2])
 def test_one_copy_is_the_single_environment(observation: str, learner: int) -> None:
     options: dict[str, Any] = {"observation": observation, "learner": learner, "reward": "margin"}
+    options |= {"sharing": "social" if learner else "selfish"}
     single = SingleAgentEnv(GAME, **options)
     envs = GameVectorEnv(GAME, 1, autoreset_mode="SameStep", **options)
     assert single.observation_space == envs.single_observation_space
@@ -40,10 +41,9 @@ def test_one_copy_is_the_single_environment(observation: str, learner: int) -> N
         assert (reward, terminated, truncated) == (rewards[0], terminations[0], truncations[0])
         if terminated or truncated:
             assert np.array_equal(infos["final_obs"][0], wanted)
-            assert infos["final_info"]["arrived"][0] == info["arrived"]
-            wanted = single.reset()[0]
-        else:
-            assert infos["time_cost"][0] == info["time_cost"]
+            infos, wanted = infos["final_info"], single.reset()[0]
+        for key in ("arrived", "crashed", "in_traffic", "time_cost", "safety_cost"):
+            assert infos[key][0] == info[key], key
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
