@@ -106,18 +106,35 @@ def test_game_files_load(page: Path, tmp_path: Path) -> None:
         assert read_grid(path).cells() if is_grid(str(path)) else read_game(path).agents
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+COMPARISONS = [
+    (command, shown)
+    for page in PAGES
+    for command, shown in re.findall(
+        r"<!-- output of: (ppg compare .*?) -->\n```text\n(.*?)```", page.read_text(), re.S
+    )
+]
+"""Commands and what the pages say that they print."""
+
+
+@pytest.mark.parametrize(
+    "printed", slow_if(lambda printed: "ppo" in printed[0], COMPARISONS), ids=lambda pair: pair[0]
+)
 def test_printed_comparisons_are_current(
-    page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    printed: tuple[str, str], ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Arrivals, costs and crashes of the tables; not the last digits of a back end's regret."""
+    command, shown = printed
     monkeypatch.chdir(tmp_path)
-    pattern = r"<!-- output of: (ppg compare .*?) -->\n```text\n(.*?)```"
-    for command, shown in re.findall(pattern, page.read_text(), re.S):
-        old, new = numbers(shown), numbers(ppg(*words(command)).out)
-        assert list(old) == list(new)
-        for player, values in old.items():
-            assert values == pytest.approx(new[player], rel=0.02), f"run docs/outputs.py: {player}"
+    monkeypatch.setattr("benchmarks.comparison.pictures.comparison_picture", lambda *shown: None)
+    old, new = numbers(shown), numbers(ppg(*words(command)).out)
+    assert list(old) == list(new)
+    for player, values in old.items():
+        assert values == pytest.approx(new[player], rel=0.02), f"run docs/outputs.py: {player}"
+
+
+def test_the_readme_compares_planners_and_learned_players() -> None:
+    assert len(COMPARISONS) >= 2
+    assert sum("ppo" in command for command, _ in COMPARISONS) == 1
 
 
 REGRET = "regret <="

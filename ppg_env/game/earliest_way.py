@@ -25,7 +25,7 @@ def earliest_way(game: Game, index: int) -> int | None:
     the agent cannot reach its goal within the horizon, or is hit there whatever it does.
     """
     first = earliest_arrival(game.agents[index], game.horizon)
-    hit = hit_arrivals(game, index).any(axis=0)
+    hit = np.asarray(hit_arrivals(game, index).any(axis=0))
     if starts_at_goal(game.agents[index]):
         return None if hit[0] else first
     if first and has_walls(game, index):

@@ -8,6 +8,7 @@ import pytest
 
 from ppg_env import Game, make_game
 from solvers import Solution, best_response_dynamics, potential_equilibrium, social_optimum
+from tests.marks import slow_if
 
 PAPER = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 
@@ -16,7 +17,7 @@ Case = tuple[str, str, str, float, float]
 
 
 def cases() -> list[Case]:
-    """Most for the box; for the L1 ball, where plans take longer, a choice."""
+    """Most for the box; for the L1 ball, where plans are longer, a choice."""
     pairs = [(0.5, 0.0), (0.5, 0.5), (0.8, 0.5)]
     head = product(PAPER, ["box"], ["margin", "risk"])
     box = [(*case, lam, gain) for case in head for lam, gain in pairs]
@@ -25,13 +26,18 @@ def cases() -> list[Case]:
     return box + margin + risk
 
 
+def repeats(case: Case) -> bool:
+    """Whether the same scenario with a smaller lam guards a change."""
+    return case[3] > 0.5
+
+
 def name_of(case: Case) -> str:
     name, speed, objective, lam, gain = case
     return f"{name} {speed} {objective} lam={lam} gain={gain}"
 
 
 # Session scope lets pytest keep the tests of one case together, so each is solved once.
-@pytest.fixture(scope="session", params=cases(), ids=name_of)
+@pytest.fixture(scope="session", params=slow_if(repeats, cases()), ids=name_of)
 def paper_game(request: pytest.FixtureRequest) -> Game:
     name, speed, objective, lam, gain = request.param
     return make_game(name, speed=speed, objective=objective, lam=lam, gain=gain)

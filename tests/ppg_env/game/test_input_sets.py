@@ -108,32 +108,32 @@ def test_the_evaluator_holds_every_control_against_the_set_of_its_step() -> None
 
 
 @pytest.mark.parametrize("kind", [lambda v: Polytope.box([2 * v] * 2), Polytope.l1, Polytope.disc])
-@given(speeds=st.lists(st.integers(1, 8), min_size=1, max_size=3), far=st.integers(1, 40))
+@given(speeds=st.lists(st.integers(1, 8), min_size=1, max_size=3), far=st.integers(1, 20))
 def test_a_point_mass_flies_straight_and_as_fast_as_can_be(
     kind: object, speeds: list[int], far: int
 ) -> None:
     sets = [(2 * k, kind(float(speed))) for k, speed in enumerate(speeds)]
     mover = agent(sets, goal=[float(far), 0.0])
-    plan = straight_plan(mover, 60)
+    plan = straight_plan(mover, 30)
     assert plan is not None
-    assert plan.arrival == earliest_arrival(mover, 60)
+    assert plan.arrival == earliest_arrival(mover, 30)
     assert excess(mover.control, plan.controls) <= 1e-7
     np.testing.assert_allclose(plan.means[:, 1], 0.0, atol=1e-9)
     # In whole steps, by adding up.
-    gone = np.cumsum([0.0] + [speeds[min(t // 2, len(speeds) - 1)] for t in range(60)])
+    gone = np.cumsum([0.0] + [speeds[min(t // 2, len(speeds) - 1)] for t in range(30)])
     assert plan.arrival == int(np.argmax(gone >= far - 1e-9))
 
 
 @given(changing().filter(lambda sets: all(s.clearance(np.zeros(2)) < 0 for _, s in sets)))
 def test_whatever_the_sets_no_plan_is_faster_nor_is_the_straight_line(control: object) -> None:
-    mover = agent(control, goal=[20.0, 9.0])
-    plan = straight_plan(mover, 60)
+    mover = agent(control, goal=[10.0, 4.5])
+    plan = straight_plan(mover, 30)
     way, flown, steps = mover.goal - mover.start, 0.0, 0
-    while flown < 1 - 1e-9 and steps < 60:
+    while flown < 1 - 1e-9 and steps < 30:
         flown += float(room(later(mover.control, steps), way[None] / 10)[0]) / 10
         steps += 1
     arrival = None if plan is None else plan.arrival
-    assert arrival == earliest_arrival(mover, 60)
+    assert arrival == earliest_arrival(mover, 30)
     assert flown < 1 - 1e-9 or (arrival is not None and arrival <= steps)
 
 

@@ -191,7 +191,7 @@ def test_descent_betters_best_responses_and_repeats_itself():
 def test_many_agents_get_plans_a_bound_and_the_truth_about_the_gap():
     reported = []
     game = make_game("circle(6)")
-    solution = social_optimum(game, node_limit=5000, progress=lambda *news: reported.append(news))
+    solution = social_optimum(game, node_limit=600, progress=lambda *news: reported.append(news))
     assert solution.evaluation.feasible
     assert solution.bound <= solution.value + 1e-6
     assert solution.status in (Status.FEASIBLE, Status.OPTIMAL)
