@@ -13,8 +13,8 @@ whenever the search stops, since unfinished vectors count with their bounds.
 
 Of vectors that a symmetry of the game maps to each other, one is searched.
 
-Among walls and in motion, plans that the search finds are improved by one mover after the other
-while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
+Where bodies keep apart between steps, plans that the search finds are improved by one mover after
+the other while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
 """
 
 from __future__ import annotations
@@ -118,10 +118,8 @@ class _ArrivalSearch:
         )
         self._cuts = CutPool(subproblem, self._symmetries, budget)
         self._loaded: dict[int, BranchAndBound] = {}
-        game, movers = subproblem.game, subproblem.movers
-        confined = game.collisions == "swept" or any(has_walls(game, i) for i in movers)
-        self._descends = confined and len(movers) > 1
-        self._next_descent = budget.used + DESCENT_AFTER if self._descends else inf
+        descends = subproblem.game.collisions == "swept" and len(subproblem.movers) > 1
+        self._next_descent = budget.used + DESCENT_AFTER if descends else inf
         self._descended = inf
 
     @property
