@@ -43,8 +43,9 @@ from solvers.solution import Status
 FIRST_LOOK = 300
 """Linear programs for a single mover among walls before a way through cells is looked for."""
 
-DESCENT_AFTER = 500
-"""Linear programs between descents, in which one mover after the other improves the incumbent."""
+DESCENT_AFTER = 2000
+"""Linear programs before the first descent, in which one mover after the other improves the
+incumbent; further ones follow after twice as many each time."""
 
 DESCENT_EFFORT = 600
 """Linear programs for one mover in a descent."""
@@ -172,7 +173,7 @@ class _ArrivalSearch:
             if self._budget.out:
                 break
         self._descended = self._upper
-        self._next_descent = self._budget.used + DESCENT_AFTER
+        self._next_descent = 2 * self._budget.used
 
     def _keep_loaded(self, tree: BranchAndBound) -> None:
         """Keep the linear programs of the most recent searches; release the oldest."""
