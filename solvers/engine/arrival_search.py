@@ -43,11 +43,11 @@ from solvers.solution import Status
 FIRST_LOOK = 300
 """Linear programs for a single mover among walls before a way through cells is looked for."""
 
-DESCENT_AFTER = 2000
+DESCENT_AFTER = 3000
 """Linear programs before the first descent, in which one mover after the other improves the
 incumbent; further ones follow after twice as many each time."""
 
-DESCENT_EFFORT = 600
+DESCENT_EFFORT = 400
 """Linear programs for one mover in a descent."""
 
 MOST_LOADED = 200
