@@ -13,8 +13,8 @@ whenever the search stops, since unfinished vectors count with their bounds.
 
 Of vectors that a symmetry of the game maps to each other, one is searched.
 
-Among walls and in motion, plans that the search finds are improved by one mover after the other
-while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
+Where bodies keep apart between steps, plans that the search finds are improved by one mover after
+the other while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
 """
 
 from __future__ import annotations
@@ -43,10 +43,11 @@ from solvers.solution import Status
 FIRST_LOOK = 300
 """Linear programs for a single mover among walls before a way through cells is looked for."""
 
-DESCENT_AFTER = 500
-"""Linear programs between descents, in which one mover after the other improves the incumbent."""
+DESCENT_AFTER = 3000
+"""Linear programs before the first descent, in which one mover after the other improves the
+incumbent; further ones follow after twice as many each time."""
 
-DESCENT_EFFORT = 600
+DESCENT_EFFORT = 400
 """Linear programs for one mover in a descent."""
 
 MOST_LOADED = 200
@@ -118,10 +119,8 @@ class _ArrivalSearch:
         )
         self._cuts = CutPool(subproblem, self._symmetries, budget)
         self._loaded: dict[int, BranchAndBound] = {}
-        game, movers = subproblem.game, subproblem.movers
-        confined = game.collisions == "swept" or any(has_walls(game, i) for i in movers)
-        self._descends = confined and len(movers) > 1
-        self._next_descent = budget.used + DESCENT_AFTER if self._descends else inf
+        descends = subproblem.game.collisions == "swept" and len(subproblem.movers) > 1
+        self._next_descent = budget.used + DESCENT_AFTER if descends else inf
         self._descended = inf
 
     @property
@@ -174,7 +173,7 @@ class _ArrivalSearch:
             if self._budget.out:
                 break
         self._descended = self._upper
-        self._next_descent = self._budget.used + DESCENT_AFTER
+        self._next_descent = 2 * self._budget.used
 
     def _keep_loaded(self, tree: BranchAndBound) -> None:
         """Keep the linear programs of the most recent searches; release the oldest."""

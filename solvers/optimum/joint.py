@@ -43,8 +43,7 @@ MOST_EXACT = 5
 """With more agents than this, optima are approximated and bounded, not proved."""
 
 MOST_DIRECT = 3
-"""Up to this number of agents, the exact search finds its first plans quickly without walls; in
-motion up to one less."""
+"""Up to this number of agents, the exact search finds its first plans quickly without walls."""
 
 FIRST_SWEEPS = 2
 """Sweeps of best responses that make the first plans of the exact search."""
@@ -151,14 +150,10 @@ def _minimise_potential(
 
 
 def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
-    """Return plans by best responses, where the exact search may take long to find some.
-
-    If none of the agents finds room among the others in a few sweeps, there are none.
-    """
+    """Return plans by best responses, where the exact search may take long to find some."""
     game, size = rule.game, len(rule.game.agents)
-    walled = any(has_walls(game, i) for i in range(size))
-    moves = game.collisions == "swept" or game.on_goal == "stay"
-    if size < 2 or (size <= MOST_DIRECT and not walled and not (moves and size == MOST_DIRECT)):
+    walled = size > 1 and any(has_walls(game, i) for i in range(size))
+    if size <= MOST_DIRECT and not walled:
         return None
     child = budget.child(None)
     profile = run_dynamics(rule, ENGINE, child, max_sweeps=FIRST_SWEEPS, jointly=False).profile
