@@ -39,7 +39,7 @@ COLUMNS = {
     "objective": "(a) objective, shifted\n(steps)",
     "time": "(b) time to goal\n(steps)",
     "safety": "(c) safety lost, $\\Sigma\\,(M' - s)$\n(units of $\\sqrt{2}\\,\\sigma$)",
-    "crash": "(d) Pr(any {event})\nper episode",
+    "crash": "(d) probability per episode of any\n{event}",
 }
 
 
