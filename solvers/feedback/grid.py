@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ppg_env.env.arrival_regions import arrival_tolerances
 from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError
 from ppg_env.game.dynamics import square_root
@@ -69,12 +70,13 @@ def padded(values: np.ndarray) -> np.ndarray:
 
 
 def default_step(game: Game, agent: int, rules: Rules) -> float:
-    """Return a quarter of the longest step per axis, at most half of ``tolerance``.
+    """Return a quarter of the longest step per axis, at most half of the arrival tolerance.
 
     Where inputs do not move positions directly, it is half of the tolerance.
     """
     reach = _reach(game, agent)[: game.dim].max()
-    candidates = [value for value in (reach / CELLS_PER_STEP, rules.tolerance / 2) if value > 0]
+    widths = arrival_tolerances(game, rules.tolerance)[agent][: game.dim]
+    candidates = [value for value in (reach / CELLS_PER_STEP, widths.min() / 2) if value > 0]
     if not candidates:
         raise InputError("step", "cannot be derived from speed and tolerance", "give a step")
     return float(min(candidates))

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
@@ -158,9 +159,10 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
     require(step > 0, "step", f"is {step}", "give a positive length")
     grids = make_grid(game, 0, step), make_grid(game, 1, step)
     first, second = game.agents
+    tolerances = checked_tolerances(game, rules)
     filters = (
-        make_noise_filter(first, grids[0], rules.tolerance),
-        make_noise_filter(second, grids[1], rules.tolerance),
+        make_noise_filter(first, grids[0], tolerances[0]),
+        make_noise_filter(second, grids[1], tolerances[1]),
     )
     risk, harm = overlaps(game, rules, grids), harms(game, rules, grids)
     return JointModel(game, rules, float(step), grids, filters, risk, harm)

@@ -24,6 +24,7 @@ from itertools import combinations
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.rules import Rules
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
@@ -45,17 +46,18 @@ def solo_lower_bound(game: Game, agent: int, rules: Rules | None = None) -> floa
     if rules.schedule is not None:
         due = min(rules.schedule[agent], steps)
         return min(mover.lam * due, mover.lam + leave) if due > 0 else 0.0
-    if _at_goal(mover, mover.start, rules.tolerance) and not mover.sigma0.any():
+    tolerance = checked_tolerances(game, rules)[agent]
+    if _at_goal(mover, mover.start, tolerance) and not mover.sigma0.any():
         return 0.0
     certain = 0.0 if mover.sigma0.any() else mover.lam
     if rules.saturation == "none":
         return certain
     if not (mover.noise.any() or mover.sigma0.any()):
-        return _without_noise(mover, steps, rules.tolerance, leave)
+        return _without_noise(mover, steps, tolerance, leave)
     return max(
         certain,
         *(
-            mover.lam * solo_table(mover, block, steps, rules.tolerance, leave=leave).bound
+            mover.lam * solo_table(mover, block, steps, tolerance, leave=leave).bound
             for block in _blocks(mover)
         ),
         0.0,
@@ -87,7 +89,7 @@ def social_lower_bound(game: Game, rules: Rules | None = None) -> float:
     return sum(solo) + max(disjoint, shared)
 
 
-def _at_goal(agent: Agent, state: np.ndarray, tolerance: float) -> bool:
+def _at_goal(agent: Agent, state: np.ndarray, tolerance: np.ndarray) -> bool:
     size = agent.goal.size
     return bool((np.abs(state[:size] - agent.goal) <= tolerance).all())
 
@@ -109,7 +111,7 @@ def _blocks(agent: Agent) -> Iterator[tuple[int, ...]]:
                     return
 
 
-def _without_noise(agent: Agent, steps: int, tolerance: float, leave: float) -> float:
+def _without_noise(agent: Agent, steps: int, tolerance: np.ndarray, leave: float) -> float:
     """Return the least cost of time and effort without noise, by linear programs."""
     first = agent.lam + leave
     best = min(first, agent.lam * steps)
@@ -124,7 +126,7 @@ def _without_noise(agent: Agent, steps: int, tolerance: float, leave: float) -> 
     return best
 
 
-def _least_effort(agent: Agent, count: int, tolerance: float) -> float | None:
+def _least_effort(agent: Agent, count: int, tolerance: np.ndarray) -> float | None:
     """Return the least sum of |u|_1 over ``count`` steps into the region; None if there is none."""
     from scipy.optimize import linprog
 

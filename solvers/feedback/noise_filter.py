@@ -80,11 +80,14 @@ class NoiseFilter:
         return total - part
 
 
-def make_noise_filter(mover: Agent, grid: Grid, tolerance: float) -> NoiseFilter:
-    """Return the filters of ``mover`` on its grid; it arrives within ``tolerance`` of its goal."""
+def make_noise_filter(mover: Agent, grid: Grid, tolerance: np.ndarray) -> NoiseFilter:
+    """Return the filters of ``mover`` on its grid; it arrives within ``tolerance`` of its goal.
+
+    ``tolerance`` has one number per component of the goal.
+    """
     n, goal = mover.state_dim, mover.goal
     region = [
-        (goal[k] - tolerance, goal[k] + tolerance) if k < goal.size else (-np.inf, np.inf)
+        (goal[k] - tolerance[k], goal[k] + tolerance[k]) if k < goal.size else (-np.inf, np.inf)
         for k in range(AXES)
     ]
     if np.array_equal(mover.noise, np.diag(np.diag(mover.noise))):

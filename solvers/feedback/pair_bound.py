@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.rules import Rules
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
@@ -53,12 +54,14 @@ class _Mover:
     moves : corners (V, 2) of B U.
     pull : lam l.
     sigma : (2,) standard deviations of a step's noise.
+    tolerance : (2,) half widths of the arrival region.
     """
 
     agent: Agent
     moves: np.ndarray
     pull: np.ndarray
     sigma: np.ndarray
+    tolerance: np.ndarray
 
     @property
     def along(self) -> float:
@@ -82,7 +85,8 @@ def pair_lower_bound(game: Game, pair: tuple[int, int], rules: Rules) -> float:
     It needs agents in the plane with positions as states, uncorrelated noise, one control set each,
     and arrival in a region.
     """
-    movers = [_mover(game.agents[i], rules) for i in pair]
+    tolerances = checked_tolerances(game, rules)
+    movers = [_mover(game.agents[i], tolerances[i], rules) for i in pair]
     first, second = movers
     if first is None or second is None:
         return 0.0
@@ -96,7 +100,7 @@ def pair_lower_bound(game: Game, pair: tuple[int, int], rules: Rules) -> float:
     )
 
 
-def _mover(agent: Agent, rules: Rules) -> _Mover | None:
+def _mover(agent: Agent, tolerance: np.ndarray, rules: Rules) -> _Mover | None:
     plane = agent.state_dim == agent.dim == agent.goal.size == 2
     if not plane or not isinstance(agent.control, Polytope) or agent.lam == 0:
         return None
@@ -115,7 +119,7 @@ def _mover(agent: Agent, rules: Rules) -> _Mover | None:
     way = steps @ (agent.goal - agent.start)
     slope = steps[way >= way.max() - 1e-9 * (1 + way.max())].mean(axis=0)
     slope = slope / float((moves @ slope).max())
-    return _Mover(agent, moves, agent.lam * slope, np.sqrt(noise))
+    return _Mover(agent, moves, agent.lam * slope, np.sqrt(noise), tolerance)
 
 
 def _bound(
@@ -127,7 +131,7 @@ def _bound(
     sigmas: float,
 ) -> float:
     """Return the bound for noise within so many deviations; minus infinity if there is none."""
-    time = min(_last_before_arrival(mover, rules.tolerance, sigmas) for mover in movers)
+    time = min(_last_before_arrival(mover, sigmas) for mover in movers)
     time = min(time, rules.steps(game) - 1)
     if time < 1:
         return -np.inf
@@ -147,10 +151,10 @@ def _bound(
     return linear + meeting - _escaped(movers, linear + most, time, sigmas)
 
 
-def _last_before_arrival(mover: _Mover, tolerance: float, sigmas: float) -> int:
+def _last_before_arrival(mover: _Mover, sigmas: float) -> int:
     """Return the last time at which the noise would have to exceed its bound for an arrival."""
     slope = mover.pull / mover.agent.lam
-    needed = mover.distance - tolerance * float(np.abs(slope).sum())
+    needed = mover.distance - float(np.abs(slope) @ mover.tolerance)
     time = 0
     while time < 100 and time + 1 + sigmas * mover.along * np.sqrt(time + 1) < needed - 1e-9:
         time += 1
@@ -216,7 +220,7 @@ def _missing(
     """Return lam V(x) - lam l (g - x) at ``time``, least over the other component."""
     agent = mover.agent
     wider = tuple(1.0 + np.abs(mover.pull) / np.abs(mover.pull).max())
-    table = solo_table(agent, (0, 1), steps, rules.tolerance, leave=leave, wider=wider)
+    table = solo_table(agent, (0, 1), steps, mover.tolerance, leave=leave, wider=wider)
     nodes = [axis.nodes for axis in table.axes]
     rest = agent.lam * table.value
     for a in range(2):

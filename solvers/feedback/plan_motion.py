@@ -60,7 +60,7 @@ class Motion(NamedTuple):
     effort: np.ndarray
     goal: np.ndarray
     goal_size: np.ndarray
-    tolerance: float
+    tolerance: np.ndarray
     control_set: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray

@@ -65,9 +65,9 @@ def arrival_chance(goal, deviations, tolerance, tail, i, means, t, goal_size):
     for b in range(goal_size):
         off, deviation = means[t, b] - goal[i, b], deviations[i, t, b]
         if deviation > 0.0:
-            above = normal_below(tail, (tolerance - off) / deviation)
-            chance *= above - normal_below(tail, (-tolerance - off) / deviation)
-        elif abs(off) > tolerance:
+            above = normal_below(tail, (tolerance[i, b] - off) / deviation)
+            chance *= above - normal_below(tail, (-tolerance[i, b] - off) / deviation)
+        elif abs(off) > tolerance[i, b]:
             chance = 0.0
         if chance <= 0.0:
             break
@@ -107,7 +107,7 @@ def roll(
     normals, offsets, first_face, moves = g.normals, g.offsets, g.first_face, g.moves
     gain, offset, target, laws = g.law_gain, g.law_offset, g.law_target, g.laws
     control_set, deviations, table, goal_size = g.control_set, g.deviations, g.tail, g.goal_size[i]
-    last_row, room = control_set.shape[0] - 1, SHRUNK * g.tolerance
+    last_row, tolerance = control_set.shape[0] - 1, g.tolerance
     alive[0], spent, k, delta[:] = 1.0, 0.0, 0, 0.0
     for t in range(L):
         v = control_set[min(clock + t, last_row), i]
@@ -123,6 +123,7 @@ def roll(
                 u[a] = kept[t, a]
         elif t >= stop or size < 1.0:
             for b in range(goal_size):
+                room = SHRUNK * tolerance[i, b]
                 delta[b] = min(max(means[t, b] - goal[i, b], -room), room)
             k = min(k, laws[v] - 1)
             write_law(gain, offset, target, v, k, means, t, delta, u)
@@ -155,7 +156,7 @@ def roll(
             bounds = g.first_wall[i], g.first_wall[i + 1]
             if leads_out(g.walls, g.limits, bounds[0], bounds[1], means, t + 1, clock):
                 spent += alive[t] * g.outside_cost
-        chance = arrival_chance(goal, deviations, g.tolerance, table, i, means, t + 1, goal_size)
+        chance = arrival_chance(goal, deviations, tolerance, table, i, means, t + 1, goal_size)
         alive[t + 1] = alive[t] * (1.0 - chance)
         if alive[t + 1] < GONE:
             rest(t + 1, means, inputs, alive)

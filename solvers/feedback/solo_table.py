@@ -40,7 +40,7 @@ def solo_table(
     agent: Agent,
     block: tuple[int, ...],
     steps: int,
-    tolerance: float,
+    tolerance: np.ndarray,
     *,
     leave: float,
     wider: tuple[float, ...] = (1.0, 1.0),
@@ -66,7 +66,7 @@ def solo_table(
         tuple(np.sqrt(np.diag(agent.sigma0)[chosen])),
         tuple(agent.goal[k] if k < agent.goal.size else None for k in block),
         tuple(np.sqrt(np.diag(agent.noise)[chosen])),
-        tolerance,
+        tuple(tolerance[k] if k < agent.goal.size else 0.0 for k in block),
         unit,
         steps,
         wider,
@@ -82,7 +82,7 @@ def _table(
     deviation: tuple[float, ...],
     goal: tuple[float | None, ...],
     sigma: tuple[float, ...],
-    tolerance: float,
+    tolerance: tuple[float, ...],
     leave: float,
     steps: int,
     wider: tuple[float, ...],
@@ -103,7 +103,7 @@ def _axes(
     deviation: Sequence[float],
     goal: Sequence[float | None],
     sigma: Sequence[float],
-    tolerance: float,
+    tolerance: Sequence[float],
     steps: int,
     wider: Sequence[float],
 ) -> tuple[Axis, Axis | NoAxis]:
@@ -122,7 +122,7 @@ def _axes(
     )
     coarser = max(1.0, (count / MOST_NODES) ** (1 / len(spans)))
     axes = [
-        make_axis(span, goal[a], tolerance, coarser * spacing[a], sigma[a])
+        make_axis(span, goal[a], tolerance[a], coarser * spacing[a], sigma[a])
         for a, span in enumerate(spans)
     ]
     return axes[0], axes[1] if len(axes) > 1 else NoAxis()
