@@ -98,9 +98,7 @@ def test_strange_text_is_reported_in_one_line(text: str, tmp_path: Path) -> None
     assert_is_one_clear_sentence(str(caught.value), str(path))
 
 
-@examples(2.5)
-@given(faulty())
-def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
+def assert_is_usable_or_refused(tables: dict[str, Any]) -> None:
     source = "some/file.toml"
     try:
         game = game_from_tables(tomllib.loads(tomli_w.dumps(tables)), source)
@@ -115,3 +113,15 @@ def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> N
     for polytope in (*bodies, *sets):
         assert len(polytope.normals) == len(polytope.offsets) > 0
     assert game_from_tables(game_to_tables(game), "again") == game
+
+
+@given(faulty())
+def test_a_made_up_file_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
+    assert_is_usable_or_refused(tables)
+
+
+@pytest.mark.slow
+@examples(5)
+@given(faulty())
+def test_more_made_up_files_are_usable_games_or_refused(tables: dict[str, Any]) -> None:
+    assert_is_usable_or_refused(tables)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.cli import main
@@ -29,6 +29,7 @@ from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.plan import make_profile
 from tests.oracles.faults import VALID, at, changed
+from tests.profiles import examples
 
 SIGNS, EXPONENTS = st.sampled_from([1, 1, 1, -1]), st.integers(-308, 308)
 MAGNITUDES = st.builds(lambda sign, power: sign * 10.0**power, SIGNS, EXPONENTS)
@@ -92,10 +93,7 @@ def extreme_tables(draw: st.DrawFn) -> dict[str, Any]:
     return tables
 
 
-@pytest.mark.filterwarnings("error", "ignore:the spectral radius")
-@settings(max_examples=120)
-@given(extreme_tables())
-def test_a_file_of_any_magnitude_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
+def assert_is_usable_or_refused(tables: dict[str, Any]) -> None:
     try:
         game = game_from_tables(tomllib.loads(tomli_w.dumps(tables)), "game.toml")
     except InputError as error:
@@ -104,6 +102,20 @@ def test_a_file_of_any_magnitude_is_a_usable_game_or_refused(tables: dict[str, A
         assert_is_usable(game)
         return
     assert re.match(r"game\.toml: (game|agent|obstacle)\b.*[^;]; \w.*\.$", refusal)
+
+
+@pytest.mark.filterwarnings("error", "ignore:the spectral radius")
+@given(extreme_tables())
+def test_a_file_of_any_magnitude_is_a_usable_game_or_refused(tables: dict[str, Any]) -> None:
+    assert_is_usable_or_refused(tables)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error", "ignore:the spectral radius")
+@examples(5)
+@given(extreme_tables())
+def test_more_files_of_any_magnitude_are_usable_games_or_refused(tables: dict[str, Any]) -> None:
+    assert_is_usable_or_refused(tables)
 
 
 OVERRIDES: dict[str, Any] = {
@@ -126,7 +138,6 @@ OVERRIDES: dict[str, Any] = {
 
 
 @pytest.mark.filterwarnings("error", "ignore:the spectral radius")
-@settings(max_examples=80)
 @given(st.sampled_from(sorted(OVERRIDES)), FACTORS, st.sampled_from(["margin", "risk"]))
 def test_python_values_of_any_magnitude_make_a_usable_game_or_are_refused(
     field: str, size: float, objective: str
@@ -151,7 +162,6 @@ def run(arguments: list[str]) -> int:
     return int(stopped.value.code or 0)
 
 
-@settings(max_examples=40)
 @given(st.sampled_from(OPTIONS + CALLS), MAGNITUDES)
 def test_options_of_any_magnitude_are_used_or_refused_in_one_line(option: str, size: float) -> None:
     call = option.format(size) if option in CALLS else "head_on"

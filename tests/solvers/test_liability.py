@@ -141,7 +141,7 @@ def test_who_has_the_way_must_still_not_fly_through_others(solver):
 
 @pytest.mark.parametrize("charge", first(1, ["partial:0.5", "right-of-way", "right-of-way:2-1-0"]))
 def test_without_a_potential_there_is_still_a_certified_end(charge):
-    game = make_game("intersection3", speed="l1", objective="risk", gain=0.0, lam=[0.5, 0.7, 0.9])
+    game = make_game("intersection3", speed="l1", objective="risk", gain=0.1, lam=[0.5, 0.7, 0.9])
     solution = best_response_dynamics(game, charge=charge, start="sequential")
     assert solution.status is Status.EQUILIBRIUM
     assert np.isnan(solution.trace[-1].potential)
