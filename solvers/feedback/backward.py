@@ -97,42 +97,64 @@ def solve_backward(
     start, total = monotonic(), model.rules.steps(model.game)
     values = [np.zeros(model.shape, dtype=np.float32) for _ in chooser.agents]
     alone = {i: np.zeros(model.grids[i].size, dtype=np.float32) for i in chooser.agents}
-    fields_kept, choices, alone_kept = [], [], []
-    change = np.inf
+    record = _Record(model, chooser, total)
     for done, clock in enumerate(reversed(range(total)), 1):
         ahead = {i: model.filters[i].traffic(alone[i]) for i in chooser.agents}
         fields = [
             _continue(model, i, value, ahead[i])
             for i, value in zip(chooser.agents, values, strict=True)
         ]
-        new, choice = chooser.choose(clock, fields, ahead)
-        values = new
+        values, choice = chooser.choose(clock, fields, ahead)
         alone = {
             i: model.alone(i, clock, ahead[i]).min(axis=1) + np.float32(model.lam[i])
             for i in chooser.agents
         }
-        fields_kept.append(chooser.keep(fields))
-        if done > 1:
-            change = float(np.abs(fields_kept[-1] - fields_kept[-2]).max())
-        choices.append(choice)
-        alone_kept.append(ahead)
+        change = record.add(chooser.keep(fields), choice, ahead)
         if progress is not None:
             progress(done, total)
         if change < STATIONARY and chooser.stationary and model.clock_free:
             break
         if time_limit is not None and monotonic() - start > time_limit and done < total:
             raise InputError(
-                "time_limit", f"of {time_limit:g} s ended after {done} of {total} stages",
+                "time_limit",
+                f"of {time_limit:g} s ended after {done} of {total} stages",
                 "allow more time, or a larger step",
-            )  # fmt: skip
-    return Stages(
-        np.stack(fields_kept),
-        np.stack(choices),
-        {i: np.stack([row[i] for row in alone_kept]) for i in chooser.agents},
-        dict(zip(chooser.agents, values, strict=True)),
-        len(choices) < total,
-        change,
-    )
+            )
+    return record.stages(values)
+
+
+class _Record:
+    """The stages so far; pages of memory are used as they are filled."""
+
+    def __init__(self, model: JointModel, chooser: Chooser, total: int) -> None:
+        self._agents, self._done, self._change = chooser.agents, 0, np.inf
+        kind = np.uint8 if model.most_actions <= 256 else np.uint16
+        self._fields = np.empty((total, chooser.kept, *model.shape), np.float32)
+        self._choice = np.empty((total, len(chooser.agents), *model.shape), kind)
+        self._alone = {i: np.empty((total, model.grids[i].size), np.float32) for i in self._agents}
+
+    def add(self, fields: np.ndarray, choice: np.ndarray, ahead: dict[int, np.ndarray]) -> float:
+        """Store a stage; return the largest difference of its fields from the stage before."""
+        k = self._done
+        self._fields[k], self._choice[k] = fields, choice
+        for i in self._agents:
+            self._alone[i][k] = ahead[i]
+        if k:
+            self._change = float(np.abs(fields - self._fields[k - 1]).max())
+        self._done += 1
+        return self._change
+
+    def stages(self, values: list[np.ndarray]) -> Stages:
+        """Return the stages; ``values`` are the costs at the first one."""
+        kept = slice(self._done)
+        return Stages(
+            self._fields[kept],
+            self._choice[kept],
+            {i: alone[kept] for i, alone in self._alone.items()},
+            dict(zip(self._agents, values, strict=True)),
+            self._done < len(self._fields),
+            self._change,
+        )
 
 
 def _continue(model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray) -> np.ndarray:

@@ -138,7 +138,7 @@ class Response:
         )  # fmt: skip
         if agent == 0:
             out, best = np.ascontiguousarray(out.T), best.T
-        return [out], _small(best[None], side.cost.shape[1])
+        return [out], best[None]
 
     def _other_ends(self, clock: int) -> np.ndarray:
         """Return the states (K_other, K_own or 1, 2) of the other agent after its moves."""
@@ -192,12 +192,7 @@ def _settled(
     """Return the costs of both agents for the actions ``choice`` (2, K0, K1), and the actions."""
     out = np.empty((2, *model.shape), np.float32)
     settle(np.stack(fields), sides[0], sides[1], model.risk, model.crash, model.lam, choice, out)
-    return [out[0], out[1]], _small(choice, max(side.cost.shape[1] for side in sides))
-
-
-def _small(choice: np.ndarray, actions: int) -> np.ndarray:
-    """Return the numbers of actions in the smallest type that fits."""
-    return choice.astype(np.uint8 if actions <= 256 else np.uint16)
+    return [out[0], out[1]], choice
 
 
 def _reach(side: Side) -> np.ndarray:

@@ -78,10 +78,11 @@ def feedback_equilibrium(
     what agent 1 would do alone (``swapped``), or of agent 1 at the pair of actions that minimises
     the sum of costs (``social``).  Where they cycle, all pairs of actions are compared.
 
-    Other parameters are those of :func:`feedback_optimum`.
+    Costs are the agents' own.  Other parameters are those of :func:`feedback_optimum`.
     """
     require(start in STARTS, "start", f"is {start!r}", "write " + " or ".join(STARTS))
     model = make_joint_model(game, rules, step)
+    _check_selfish(model)
     chooser = StageEquilibrium(model, start)
     return _solve("equilibrium", model, chooser, memory_limit, time_limit, progress)
 
@@ -107,8 +108,18 @@ def best_feedback_response(
     model = make_joint_model(game, rules, step)
     require(agent in (0, 1), "agent", f"is {agent}", "write 0 or 1")
     require(len(players) == 2, "players", f"are {len(players)}", "give one per agent")
+    _check_selfish(model)
     chooser = Response(model, agent, players[1 - agent])
     return _solve("response", model, chooser, memory_limit, time_limit, progress)
+
+
+def _check_selfish(model: JointModel) -> None:
+    require(
+        model.rules.sharing == "selfish",
+        "sharing",
+        "is 'social'",
+        "use 'selfish', or feedback_optimum for the sum of costs",
+    )
 
 
 def _solve(

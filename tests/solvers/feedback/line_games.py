@@ -18,15 +18,17 @@ def interval(low: float, high: float) -> Polytope:
     return Polytope.from_vertices([[low], [high]])
 
 
-def line_agent(start: float, goal: float, low: float = -10.0, high: float = 10.0, **more: Any):
+def line_agent(
+    start: float, goal: float, low: float = -10.0, high: float = 10.0, **more: Any
+) -> Agent:
     return Agent(
         start=[start], goal=[goal], shape=Polytope.box([BODY]), control=interval(low, high),
         lam=LAM, noise=NOISE, gain=0.5, **more,
     )  # fmt: skip
 
 
-def line_game(*agents: Agent, **more: Any) -> Game:
-    return Game(agents, objective="risk", crash_cost=KAPPA, horizon=10, **more)
+def line_game(*agents: Agent, horizon: int = 10, **more: Any) -> Game:
+    return Game(agents, objective="risk", crash_cost=KAPPA, horizon=horizon, **more)
 
 
 def overlap(gap: np.ndarray | float, variance: float = 2 * NOISE) -> np.ndarray:

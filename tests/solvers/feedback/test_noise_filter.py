@@ -26,15 +26,15 @@ def test_traffic_is_the_expectation_over_states_outside_the_region(noise):
     agent, grid = planar(noise)
     made = make_noise_filter(agent, grid, 5.0)
     field = made.traffic(smooth(grid.points).astype(np.float32))
-    draws = np.random.default_rng(0).multivariate_normal([0, 0], noise, size=400_000)
+    draws = np.random.default_rng(0).multivariate_normal([0, 0], noise, size=100_000)
     for offset in ([0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [-20.0, 5.0]):
         state = agent.goal + offset
         ends = state + draws
         out = np.abs(ends - agent.goal).max(axis=1) > 5.0
         place = grid.nearest(state)
         assert grid.points[place] == pytest.approx(state)
-        assert made.stays[place] == pytest.approx(out.mean(), abs=4e-3)
-        assert field[place] == pytest.approx((smooth(ends) * out).mean(), abs=1.2e-2)
+        assert made.stays[place] == pytest.approx(out.mean(), abs=8e-3)
+        assert field[place] == pytest.approx((smooth(ends) * out).mean(), abs=2.5e-2)
 
 
 def test_many_columns_are_filtered_as_one():

@@ -18,7 +18,7 @@ from tests.solvers.feedback.line_games import line_agent, line_game
 
 
 def small():
-    return line_game(line_agent(0.0, 30.0), line_agent(25.0, 55.0, -6.0, 6.0))
+    return line_game(line_agent(0.0, 30.0), line_agent(25.0, 55.0, -6.0, 6.0), horizon=6)
 
 
 @pytest.mark.parametrize("solve", [feedback_optimum, feedback_equilibrium])
@@ -35,7 +35,7 @@ def test_a_stationary_solution_may_be_saved_as_one_stage(tmp_path: Path):
     assert solution.stationary
     copy = read_feedback(write_feedback(tmp_path / "policy.npz", solution, last=True))
     assert copy.stages == 1
-    costs = [evaluate(s.game, s.players(), 1024, seed=4).cost for s in (solution, copy)]
+    costs = [evaluate(s.game, s.players(), 256, seed=4).cost for s in (solution, copy)]
     assert costs[0] == pytest.approx(costs[1])
 
 
