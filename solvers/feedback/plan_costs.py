@@ -35,17 +35,16 @@ def price(g, social, lam, i, j):
 def fixed_bodies(g, state, obstacles, parked, clock, means, alive, steps):
     """Write the means (N + K + 1, L + 1, n) of bodies that do not plan, and until when they count.
 
-    Obstacles keep their present distance from their paths; the last row is the obstacle at rest.
+    Obstacles keep their present distance from their paths; the last row is the obstacle at rest,
+    which always counts.
     """
     N, L = parked.size, means.shape[1] - 1
-    means[:] = 0.0
-    alive[:] = 0.0
-    steps[:] = L
     for i in range(N):
-        if not parked[i]:
-            steps[i] = 0
+        steps[i] = L if parked[i] else 0
         for t in range(L + 1):
-            means[i, t] = state[i]
+            for a in range(state.shape[1]):
+                means[i, t, a] = state[i, a]
+    steps[-1] = L
     for k in range(g.path.shape[0]):
         rest, until = g.obstacle_times[k]
         longest = g.path.shape[1] - 1
