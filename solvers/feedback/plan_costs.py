@@ -16,7 +16,7 @@ from solvers.feedback.plan_risk import meeting_risk
 def pair_risk(g, e, first, second, first_alive, second_alive, steps):
     """Return the crash probability of encounter ``e`` for the means of its bodies."""
     return meeting_risk(
-        first, second, first_alive, second_alive, steps, g.swept, g.stay, len(g.axes), g.normals,
+        first, second, first_alive, second_alive, steps, g.swept, g.stay, g.dim, g.normals,
         g.offsets, g.first_face[e], g.first_face[e + 1], g.opposite, g.box[e],
         g.deviations, g.tail,
     )  # fmt: skip
@@ -51,7 +51,7 @@ def fixed_bodies(g, state, obstacles, parked, clock, means, alive, steps):
         steps[N + k] = min(L, max(until - clock - 1 + g.swept, 0))
         for t in range(L + 1):
             alive[N + k, t] = 1.0 if clock + t < rest or not g.stay else 0.0
-            for a in range(len(g.axes)):
+            for a in range(g.dim):
                 ahead = g.path[k, min(clock + t, longest), a]
                 means[N + k, t, a] = ahead + obstacles[k, a] - g.path[k, min(clock, longest), a]
 

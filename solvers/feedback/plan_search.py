@@ -69,7 +69,7 @@ def choose_together(g, lam, e, moving, chosen, means, alive, base):
     # Locals: each use of a field of a tuple counts references.
     normals, offsets, start, stop = g.normals, g.offsets, g.first_face[e], g.first_face[e + 1]
     opposite, box, deviations, tail = g.opposite, g.box[e], g.deviations, g.tail
-    swept, stay, d = g.swept, g.stay, len(g.axes)
+    swept, stay, d = g.swept, g.stay, g.dim
     orders = np.argsort(alone[0]), np.argsort(alone[1])
     for a in orders[0]:
         if alone[0, a] + alone[1, orders[1][0]] >= best - LEAST:
@@ -173,8 +173,8 @@ def plan(
                 if moving[c, i]:
                     roll_candidates(
                         motion, g, social, i, state[c, i], clock[c], lam[c], kept[c, i],
-                        kept_steps[c, i], r == 0, SIZES[r], bodies, bodies_alive, steps, means[i], inputs[i],
-                        alive[i], base[i], scratch,
+                        kept_steps[c, i], r == 0, SIZES[r], bodies, bodies_alive, steps, means[i],
+                        inputs[i], alive[i], base[i], scratch,
                     )  # fmt: skip
             choose(g, social, lam[c], moving[c], chosen, means, alive, base)
             settled = True
