@@ -16,7 +16,7 @@ from solvers.feedback.plan_risk import meeting_risk
 def pair_risk(g, e, first, second, first_alive, second_alive, steps):
     """Return the crash probability of encounter ``e`` for the means of its bodies."""
     return meeting_risk(
-        first, second, first_alive, second_alive, steps, g.swept, g.stay, len(g.axes), g.normals,
+        first, second, first_alive, second_alive, steps, g.swept, g.stay, g.dim, g.normals,
         g.offsets, g.first_face[e], g.first_face[e + 1], g.opposite, g.box[e],
         g.deviations, g.tail,
     )  # fmt: skip
@@ -35,24 +35,23 @@ def price(g, social, lam, i, j):
 def fixed_bodies(g, state, obstacles, parked, clock, means, alive, steps):
     """Write the means (N + K + 1, L + 1, n) of bodies that do not plan, and until when they count.
 
-    Obstacles keep their present distance from their paths; the last row is the obstacle at rest.
+    Obstacles keep their present distance from their paths; the last row is the obstacle at rest,
+    which always counts.
     """
     N, L = parked.size, means.shape[1] - 1
-    means[:] = 0.0
-    alive[:] = 0.0
-    steps[:] = L
     for i in range(N):
-        if not parked[i]:
-            steps[i] = 0
+        steps[i] = L if parked[i] else 0
         for t in range(L + 1):
-            means[i, t] = state[i]
+            for a in range(state.shape[1]):
+                means[i, t, a] = state[i, a]
+    steps[-1] = L
     for k in range(g.path.shape[0]):
         rest, until = g.obstacle_times[k]
         longest = g.path.shape[1] - 1
         steps[N + k] = min(L, max(until - clock - 1 + g.swept, 0))
         for t in range(L + 1):
             alive[N + k, t] = 1.0 if clock + t < rest or not g.stay else 0.0
-            for a in range(len(g.axes)):
+            for a in range(g.dim):
                 ahead = g.path[k, min(clock + t, longest), a]
                 means[N + k, t, a] = ahead + obstacles[k, a] - g.path[k, min(clock, longest), a]
 

@@ -27,7 +27,7 @@ evaded when it comes."""
 class Meetings(NamedTuple):
     """Encounters, and what a crash costs.
 
-    axes, pair, normals, offsets, first_face, path, obstacle_times, swept, stay, crash_cost: as in
+    dim d; pair, normals, offsets, first_face, path, obstacle_times, swept, stay, crash_cost: as in
     :class:`ppg_env.env.arrays.Tables`;
     deviations (L + 1, faces) of displacements along the faces;
     opposite (faces,): the parallel face on the other side, -1 without one; box (E,) whether the
@@ -35,7 +35,7 @@ class Meetings(NamedTuple):
     tail: see :func:`solvers.feedback.normal_tail.normal_table`.
     """
 
-    axes: tuple[int, ...]
+    dim: int
     pair: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray
@@ -55,7 +55,8 @@ def make_meetings(game: Game, tables: Tables) -> Meetings:
     """Return the arrays about encounters."""
     deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)]
     return Meetings(
-        **{key: getattr(tables, key) for key in Meetings._fields[:10]},
+        **{key: getattr(tables, key) for key in Meetings._fields[1:10]},
+        dim=game.dim,
         deviations=np.concatenate(deviations, axis=1),
         opposite=_opposite(tables),
         box=np.array([is_box(e.collision.normals) for e in game.encounters], dtype=np.bool_),

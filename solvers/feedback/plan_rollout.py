@@ -108,7 +108,9 @@ def roll(
     gain, offset, target, laws = g.law_gain, g.law_offset, g.law_target, g.laws
     control_set, deviations, table, goal_size = g.control_set, g.deviations, g.tail, g.goal_size[i]
     last_row, tolerance = control_set.shape[0] - 1, g.tolerance
-    alive[0], spent, k, delta[:] = 1.0, 0.0, 0, 0.0
+    alive[0], spent, k = 1.0, 0.0, 0
+    for b in range(n):
+        delta[b] = 0.0
     for t in range(L):
         v = control_set[min(clock + t, last_row), i]
         first, last = first_face[v], first_face[v + 1]
@@ -167,8 +169,10 @@ def roll(
 @njit(cache=True)
 def rest(t, means, inputs, alive):
     """Let the agent have arrived at time ``t``."""
-    alive[t:] = 0.0
-    inputs[t:] = 0.0
-    for s in range(t + 1, alive.size):
+    alive[t] = 0.0
+    for s in range(t, alive.size - 1):
+        alive[s + 1] = 0.0
+        for a in range(inputs.shape[1]):
+            inputs[s, a] = 0.0
         for b in range(means.shape[1]):
-            means[s, b] = means[t, b]
+            means[s + 1, b] = means[t, b]

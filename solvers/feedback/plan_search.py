@@ -69,7 +69,7 @@ def choose_together(g, lam, e, moving, chosen, means, alive, base):
     # Locals: each use of a field of a tuple counts references.
     normals, offsets, start, stop = g.normals, g.offsets, g.first_face[e], g.first_face[e + 1]
     opposite, box, deviations, tail = g.opposite, g.box[e], g.deviations, g.tail
-    swept, stay, d = g.swept, g.stay, len(g.axes)
+    swept, stay, d = g.swept, g.stay, g.dim
     orders = np.argsort(alone[0]), np.argsort(alone[1])
     for a in orders[0]:
         if alone[0, a] + alone[1, orders[1][0]] >= best - LEAST:
@@ -89,8 +89,10 @@ def choose_together(g, lam, e, moving, chosen, means, alive, base):
 
 @njit(cache=True)
 def choose(g, social, lam, moving, chosen, means, alive, base):
-    """Improve the ``chosen`` candidates (N,) of all agents."""
+    """Choose candidates (N,) of all agents; the first ones are the plans so far."""
     N, L = lam.size, means.shape[2] - 1
+    for i in range(N):
+        chosen[i] = 0
     if social:
         for e in range(g.pair.shape[0]):
             i, j = g.pair[e]
@@ -112,12 +114,12 @@ def choose(g, social, lam, moving, chosen, means, alive, base):
 
 @njit(cache=True)
 def roll_candidates(
-    motion, g, social, i, clock, lam, kept, kept_steps, first_round, size, bodies, bodies_alive,
-    steps, means, inputs, alive, base, scratch,
+    motion, g, social, i, state, clock, lam, kept, kept_steps, first_round, size, bodies,
+    bodies_alive, steps, means, inputs, alive, base, scratch,
 ):  # fmt: skip
     """Roll out all candidates of agent i; write their costs ``base`` (Q,) without other agents.
 
-    ``means[:, 0]`` are the present state.
+    ``means[:, 0]`` becomes the present ``state``.
     """
     moves = motion.moves.shape[1]
     for q in range(base.size):
@@ -129,9 +131,23 @@ def roll_candidates(
             after = KEEP if kept_steps > 0 else TRACK
         else:
             after = TRACK if q == 1 else GO
+        for b in range(state.size):
+            means[q, 0, b] = state[b]
         base[q] = roll(motion, i, clock, lam[i], kept, kept_steps, start, stop, move, size, after,
                        means[q], inputs[q], alive[q], scratch)  # fmt: skip
         base[q] += add_fixed(g, social, lam, i, bodies, bodies_alive, steps, means[q], alive[q])
+
+
+@njit(cache=True)
+def keep(inputs, alive, kept, kept_steps, i, action):
+    """Store the inputs (L, m) of agent i for the next round or step, and the first one to play."""
+    kept_steps[i] = 0
+    for t in range(kept.shape[0]):
+        kept_steps[i] += alive[t] > 0.0
+        for a in range(kept.shape[1]):
+            kept[t, a] = inputs[t, a]
+    for a in range(action.size):
+        action[a] = inputs[0, a]
 
 
 @njit(cache=True)
@@ -155,20 +171,17 @@ def plan(
         for r in range(len(SIZES)):
             for i in range(N):
                 if moving[c, i]:
-                    means[i, :, 0] = state[c, i]
                     roll_candidates(
-                        motion, g, social, i, clock[c], lam[c], kept[c, i], kept_steps[c, i],
-                        r == 0, SIZES[r], bodies, bodies_alive, steps, means[i], inputs[i],
-                        alive[i], base[i], scratch,
+                        motion, g, social, i, state[c, i], clock[c], lam[c], kept[c, i],
+                        kept_steps[c, i], r == 0, SIZES[r], bodies, bodies_alive, steps, means[i],
+                        inputs[i], alive[i], base[i], scratch,
                     )  # fmt: skip
-            chosen[:] = 0
             choose(g, social, lam[c], moving[c], chosen, means, alive, base)
             settled = True
             for i in range(N):
                 if moving[c, i]:
-                    settled = settled and base[i, chosen[i]] <= np.min(base[i]) + CONFLICT
-                    kept[c, i] = inputs[i, chosen[i]]
-                    kept_steps[c, i] = np.sum(alive[i, chosen[i], :L] > 0.0)
-                    action[c, i] = kept[c, i, 0]
+                    q = chosen[i]
+                    settled = settled and base[i, q] <= base[i, np.argmin(base[i])] + CONFLICT
+                    keep(inputs[i, q], alive[i, q], kept[c, i], kept_steps[c], i, action[c, i])
             if settled:  # no agent gives way to another: there is nothing to refine
                 break
