@@ -22,6 +22,8 @@ from hypothesis import strategies as st
 from benchmarks.cli import main
 from ppg_env import Game, InputError, Polytope, evaluate, make_game, straight_plan
 from ppg_env import tolerances as tol
+from ppg_env.env.arrival_regions import arrival_tolerances
+from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.dynamics import covariances
@@ -61,7 +63,8 @@ def assert_is_usable(game: Game) -> None:
             assert np.isfinite(encounter.collision.offsets).all()
         for agent in game.agents:
             assert np.isfinite(covariances(agent, game.horizon)).all()
-        simulator = Simulator(game, copies=2)
+        assert all(np.isfinite(half).all() for half in arrival_tolerances(game))
+        simulator = Simulator(game, Rules(tolerance=0.0), copies=2)  # some reach the goal at once
         simulator.reset()
         step = simulator.step(np.zeros((2, len(game.agents), simulator.action_size)))
         assert np.isfinite(step.observation).all()

@@ -15,7 +15,7 @@ def action_spaces(game: Game, *, projected: bool = True) -> list[Box]:
     Where inputs are ``projected``, one that cannot vary has the range of the agent's widest input,
     about its only value: algorithms divide by the width of a space.
     """
-    spaces = []
+    spaces: list[Box] = []
     for agent in game.agents:
         low, high = (np.asarray(bound, np.float32) for bound in bounds(agent.control))
         width = float((high - low).max()) or 2 * agent.control_unit

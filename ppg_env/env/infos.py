@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import or_
 from typing import Any
 
 import numpy as np
@@ -31,29 +32,31 @@ class InfoReader:
         self._regions = [agent.within for agent in game.agents]
         self._bodies = [*agents, *(f"obstacle_{k}" for k in range(len(game.obstacles)))]
         self._met = _bodies_met(game)
-        self._effortless = not any(agent.effort for agent in game.agents)
-        self._arrived = np.zeros(len(agents), dtype=np.bool_)
-        self._crashed = np.zeros(len(agents), dtype=np.bool_)
+        costly = any(agent.effort for agent in game.agents)
+        self._no_effort = None if costly else [0.0] * len(agents)
+        self._arrived = self._crashed = [False] * len(agents)
 
     def at_reset(self) -> Infos:
         """Return the infos of all agents at time 0."""
-        N = len(self._index)
-        self._arrived = self._simulator.status[0] != TRAFFIC
-        self._crashed = np.zeros(N, dtype=np.bool_)
-        flags = np.zeros((N, len(self._bodies)), dtype=np.bool_)
-        return self._infos(list(self._index), flags, [0.0] * N, [0.0] * N, [0.0] * N)
+        zeros = [0.0] * len(self._index)
+        self._arrived = (self._simulator.status[0] != TRAFFIC).tolist()
+        self._crashed = [False] * len(zeros)
+        return self._infos(list(self._index), self._no_crash(), zeros, zeros, zeros)
 
     def after_step(self, acting: Sequence[str]) -> Infos:
         """Return the infos of the agents that were ``acting`` in the last step."""
+        # Lists, since operations on arrays of this size would take longer than the kernel.
         last = self._simulator.last
-        self._arrived = self._arrived | last.arrived[0]
-        self._crashed = self._crashed | last.crashed[0]
+        arrived, crashed = last.arrived[0].tolist(), last.crashed[0].tolist()
+        self._arrived = list(map(or_, self._arrived, arrived))
+        self._crashed = list(map(or_, self._crashed, crashed))
         time, safety = last.time_cost[0].tolist(), last.safety_cost[0].tolist()
-        effort = [0.0] * len(time)
-        if not self._effortless:
+        effort = self._no_effort
+        if effort is None:
             lam = self._simulator.lam[0].tolist()
             effort = [max(t - own, 0.0) for t, own in zip(time, lam, strict=True)]
-        return self._infos(acting, self._crashed_with(), time, safety, effort)
+        met = self._crashed_with() if True in crashed else self._no_crash()
+        return self._infos(acting, met, time, safety, effort)
 
     def _infos(
         self,
@@ -63,17 +66,16 @@ class InfoReader:
         safety: list[float],
         effort: list[float],
     ) -> Infos:
-        arrived, crashed = self._arrived.tolist(), self._crashed.tolist()
-        traffic = (self._simulator.status[0] == TRAFFIC).tolist()
-        infos = {}
+        arrived, crashed, names, regions = self._arrived, self._crashed, self._names, self._regions
+        status, infos = self._simulator.status[0].tolist(), {}
         for name in acting:
             i = self._index[name]
             infos[name] = {
                 "arrived": arrived[i],
                 "crashed": crashed[i],
-                "crashed_with": self._named(crashed_with[i]) if self._names else crashed_with[i],
-                "in_traffic": traffic[i],
-                "outside": bool(self._regions[i]) and self._outside(i),
+                "crashed_with": self._named(crashed_with[i]) if names else crashed_with[i],
+                "in_traffic": status[i] == TRAFFIC,
+                "outside": bool(regions[i]) and self._outside(i),
                 "time_cost": time[i],
                 "effort_cost": effort[i],
                 "safety_cost": safety[i],
@@ -89,15 +91,16 @@ class InfoReader:
             for region in self._regions[agent]
         )
 
+    def _no_crash(self) -> np.ndarray:
+        return np.zeros((len(self._index), len(self._bodies)), dtype=np.bool_)
+
     def _crashed_with(self) -> np.ndarray:
         """Return (N, N + K) whether each agent overlapped each body in the last step."""
-        flags = np.zeros((len(self._index), len(self._bodies)), dtype=np.bool_)
-        overlap = self._simulator.last.overlap[0]
-        if overlap.any():
-            agents, bodies = (side[overlap] for side in self._met)
-            flags[agents, bodies] = True
-            both = bodies < len(flags)
-            flags[bodies[both], agents[both]] = True
+        flags, overlap = self._no_crash(), self._simulator.last.overlap[0]
+        agents, bodies = (side[overlap] for side in self._met)
+        flags[agents, bodies] = True
+        both = bodies < len(flags)
+        flags[bodies[both], agents[both]] = True
         return flags
 
     def _named(self, flags: np.ndarray) -> list[str]:

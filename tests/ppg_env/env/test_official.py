@@ -93,6 +93,36 @@ def test_games_in_motion_pass_the_tests(reward: str, sharing: str) -> None:
     check_env(SingleAgentEnv(game, **rules), skip_render_check=True)
 
 
+def crowded() -> ppg_env.Game:
+    """Bodies that start a step apart and soon crash."""
+    return make_game("circle(3)", start={0: [0, 0], 1: [17, 0], 2: [0, 17]}, noise=9.0)
+
+
+def early() -> ppg_env.Game:
+    """One agent starts at its goal, and one arrives in its first step."""
+    starts = {0: [95.0, 50.0], 1: [11.0, 50.0]}
+    return make_game("head_on", start=starts, goal={0: [95.0, 50.0], 1: [5.0, 50.0]})
+
+
+@pytest.mark.parametrize("on_goal", ["remove", "stay"])
+@pytest.mark.parametrize("on_crash", ["remove", "continue"])
+@pytest.mark.parametrize("make", [crowded, early])
+def test_crashes_and_early_arrivals_pass_the_tests(make: Any, on_crash: str, on_goal: str) -> None:
+    game, rules = make(), {"on_crash": on_crash, "on_goal": on_goal}
+    parallel_api_test(path_planning_v0.parallel_env(game, **rules), num_cycles=100)
+    api_test(path_planning_v0.env(game, **rules), num_cycles=60)
+    parallel_seed_test(lambda: path_planning_v0.parallel_env(game, **rules))
+    for learner in range(len(game.agents)):
+        check_env(SingleAgentEnv(game, learner, **rules), skip_render_check=True)
+    events = []
+    for seed in range(5):
+        trail = play(path_planning_v0.parallel_env(game, **rules), seed)
+        infos = [trail[0][1], *(step[4] for step in trail[1:])]
+        key = "crashed" if make is crowded else "arrived"
+        events += [info[key] for step in infos[:3] for info in step.values()]
+    assert any(events)
+
+
 def in_motion() -> ppg_env.Game:
     """Swept collisions, bodies that stay, workspaces, and obstacles that drift and go away."""
     shuttle = Obstacle(Polytope.box([6, 6]), [[50.0, 90.0 - 8 * t] for t in range(8)], noise=0.5)
