@@ -219,14 +219,14 @@ class PathPlanningEnv(ParallelEnv):
             self._actions.check_names(actions)
             return {}, {}, {}, {}, {}
         out = self.simulator.step(self._actions.read(actions, acting), restart=False)
-        observation = self._observer.read(out.observation)[0]
+        observation = self._observer.read(out.observation)[0].copy()  # one array for all agents
         reward, over_time = out.reward[0].tolist(), out.truncated[0].tolist()
         ended = out.terminated[0].tolist()
         infos = self._infos.after_step(acting)
         index = self._index
         self.agents = [a for a in acting if not (ended[index[a]] or over_time[index[a]])]
         result = (
-            {a: observation[index[a]].copy() for a in acting},
+            {a: observation[index[a]] for a in acting},
             {a: reward[index[a]] for a in acting},
             {a: ended[index[a]] for a in acting},
             {a: over_time[index[a]] for a in acting},
