@@ -11,6 +11,7 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.env_checker import check_env
 
 from baselines import GameVecEnv, train_players
+from baselines.training_loop import one_thread
 from ppg_env import Agent, Game, Polytope, SingleAgentEnv, parallel_env
 
 BODY = Polytope.box([4.0, 4.0])
@@ -95,6 +96,7 @@ def test_inputs_that_cannot_vary_keep_their_value() -> None:
     assert (free.low[1], free.high[1]) == (0.0, 0.0), "taken as it is, it must be in the set"
 
 
+@one_thread()
 @pytest.mark.parametrize("kind", GAMES)
 def test_ppo_takes_its_steps_in_all_slots(kind: str) -> None:
     env = GameVecEnv(GAMES[kind](), copies=4)
@@ -106,6 +108,7 @@ def test_ppo_takes_its_steps_in_all_slots(kind: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:We recommend you to use a symmetric:UserWarning")
+@one_thread()
 @pytest.mark.parametrize("kind", GAMES)
 def test_sac_takes_its_steps_as_one_learner(kind: str) -> None:
     """SAC divides by the widths of the action space."""

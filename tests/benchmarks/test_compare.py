@@ -146,3 +146,17 @@ def test_a_picture_without_any_plan_is_no_traceback(ppg, tmp_path):
     picture = tmp_path / "none.png"
     compare(ppg, "head_on", "--horizon", "7", "--out", str(picture), code=3)
     assert not picture.exists()
+
+
+def test_the_tolerance_of_arrivals_is_an_option_in_the_environment_only(ppg):
+    words = ["parallel", "--players", "straight", "--episodes", "500"]
+    shares = []
+    for tolerance in ("0.5", "5", None):
+        given = [] if tolerance is None else ["--tolerance", tolerance]
+        report = ppg("compare", *words, "--arena", "env", *given, "--json").json
+        assert report["tolerance"] == (None if tolerance is None else float(tolerance))
+        shares.append(report["rows"][0]["success"])
+    assert shares[0][0]["high"] < shares[1][0]["low"]
+    assert shares[1] == shares[2]
+    done = ppg("compare", *words, "--tolerance", "1", code=2)
+    assert "--tolerance: has no effect on schedule; add --arena env" in done.err

@@ -151,3 +151,10 @@ def test_a_file_whose_speed_set_changes_is_shown_written_and_solved(ppg, tmp_pat
     assert solved.json["arrival"] == [14]  # 50 in five steps, and 35 at 4 a step
     assert ppg("certify", plan, "--json").json["epsilon"] <= 1e-6
     assert ppg("show", file, "--speed", "l1", "--json").json["agent"][0]["control"] == {"l1": 10.0}
+
+
+def test_the_arrival_region_is_shown(ppg):
+    table = ppg("show", "head_on", "--speed", "l1").out
+    head, row = (next(line for line in table.splitlines() if word in line).split()
+                 for word in ("arrives within", "agent_0"))  # fmt: skip
+    assert (head[-2:], row[-1]) == (["arrives", "within"], "5")

@@ -132,3 +132,14 @@ def test_mistakes_are_reported_and_leave_nothing_behind(
     assert reported in done.err
     assert done.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_players_are_trained_and_tested_with_a_tolerance(ppg, tmp_path):
+    words = ["train", "parallel", *SHORT, "--tolerance", "2.5", "--out", tmp_path / "a.npz"]
+    ppg(*words)
+    learned = read_learned(tmp_path / "a.npz")
+    assert learned.about["tolerance"] == 2.5
+    assert "--tolerance 2.5" in learned.about["command"]
+    wide = ["regret", "parallel", "--player", "straight", "--steps", "0", "--episodes", "200"]
+    plain, narrow = (ppg(*wide, *more, "--json").json for more in ([], ["--tolerance", "0.5"]))
+    assert plain["agents"] != narrow["agents"]
