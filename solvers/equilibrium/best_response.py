@@ -15,7 +15,7 @@ from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.liability import Liability, make_rule
-from solvers.search_result import SearchResult
+from solvers.search_result import REFUTED, UNPROVED, SearchResult
 from solvers.solution import ADVICE, Solution, Status
 from solvers.units import in_units_of_the_game
 
@@ -98,6 +98,8 @@ def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[
     advice = ADVICE[result.status].format(when=overlap_times(game))
     if result.status is Status.UNREACHABLE:
         advice = unreachable_advice(game, movers)
+    elif result.status is Status.FEASIBLE and result.detail in (UNPROVED, REFUTED):
+        advice = result.detail
     elif result.detail and result.status is Status.ERROR:
         advice += f" (it reported: {result.detail})"
     return result.status, advice
