@@ -20,7 +20,7 @@ the other while the rest keep theirs: these searches are small, and a cheaper in
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry, identity, symmetries
 from solvers.engine.way_finding import find_first_plans
 from solvers.pricing import PricedProfile, price
-from solvers.search_result import SearchResult
+from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Status
 
 FIRST_LOOK = 300
@@ -49,6 +49,8 @@ incumbent; further ones follow after twice as many each time."""
 
 DESCENT_EFFORT = 400
 """Linear programs for one mover in a descent."""
+
+FAILED = "a linear program could not be solved"
 
 MOST_LOADED = 200
 """Searches that keep their linear programs; the others rebuild them when they continue."""
@@ -119,6 +121,8 @@ class _ArrivalSearch:
         )
         self._cuts = CutPool(subproblem, self._symmetries, budget)
         self._loaded: dict[int, BranchAndBound] = {}
+        self._first: Mapping[int, int] = {}
+        self._failed = self._rejected = self._refuted = False
         descends = subproblem.game.collisions == "swept" and len(subproblem.movers) > 1
         self._next_descent = budget.used + DESCENT_AFTER if descends else inf
         self._descended = inf
@@ -130,7 +134,7 @@ class _ArrivalSearch:
 
     def run(self, first: Mapping[int, int]) -> SearchResult:
         """Search all vectors from the earliest arrivals ``first`` on."""
-        proved, reported = inf, -inf
+        proved, reported, self._first = inf, -inf, first
         queue = ArrivalQueue(self._subproblem, first, self._is_representative)
         while (vector := queue.pop(self._upper - tol.MIP_GAP)) is not None:
             bound, arrivals, tree = vector
@@ -143,16 +147,15 @@ class _ArrivalSearch:
             if tree.root_pending:
                 tree.process_root()
             elif not tree.search(self._upper, until=queue.least, pause=self._next_descent):
-                return self._stopped(min(proved, max(bound, tree.bound), queue.least))
+                return self._stopped(min(proved, max(bound, tree.bound), queue.least), tree)
+            self._note_faults(tree)
             proved = min(proved, tree.leaf_bound)
             if tree.open_bound < inf:
                 queue.push(max(bound, tree.open_bound), arrivals, tree)
                 self._keep_loaded(tree)
             if self._budget.used >= self._next_descent:
                 self._descend()
-        if self.incumbent is None:
-            return SearchResult(Status.INFEASIBLE, inf)
-        return SearchResult.of(Status.OPTIMAL, min(proved, self._upper), self.incumbent)
+        return self._concluded(min(proved, self._upper), complete=True)
 
     def _descend(self) -> None:
         """Let one mover after the other improve the incumbent, until none does."""
@@ -182,10 +185,25 @@ class _ArrivalSearch:
         if len(self._loaded) > MOST_LOADED:
             self._loaded.pop(next(iter(self._loaded))).release()
 
-    def _stopped(self, bound: float) -> SearchResult:
-        """Return the incumbent, if any, when the budget is used up."""
-        status = Status.NO_INCUMBENT if self.incumbent is None else Status.FEASIBLE
-        return SearchResult.of(status, min(bound, self._upper), self.incumbent)
+    def _stopped(self, bound: float, tree: BranchAndBound | None = None) -> SearchResult:
+        """Return the incumbent, if any, when a limit or a failure in ``tree`` ends the search."""
+        if tree is not None:
+            self._note_faults(tree)
+        return self._concluded(min(bound, self._upper), complete=False)
+
+    def _note_faults(self, tree: BranchAndBound) -> None:
+        """Remember what the evaluator and the linear programs of a search disagree on."""
+        self._failed |= tree.failed
+        self._rejected |= tree.rejected
+
+    def _concluded(self, bound: float, *, complete: bool) -> SearchResult:
+        """Return the result of the search, as far as it is proved."""
+        times, first = self._subproblem.objective.time, self._first
+        floor = float(sum(times[i] * t for i, t in first.items()))
+        claims = Claims(
+            bound, complete, self._failed, self._rejected, self._refuted, FAILED * self._failed
+        )
+        return conclude(self.incumbent, claims, floor)
 
     def _is_representative(self, arrivals: Mapping[int, int]) -> bool:
         """Return whether the vector stands for its orbit."""
@@ -210,12 +228,21 @@ class _ArrivalSearch:
             [symmetry for symmetry in self._symmetries if symmetry.moved(arrivals) == unchanged],
         )
 
-    def _price(self, program: FixedProgram, point: np.ndarray, estimate: float) -> float:
-        """Return the cost of a point's plans; they become the incumbent if they are cheaper."""
+    def _price(
+        self, program: FixedProgram, point: np.ndarray, estimate: float, spare: float
+    ) -> float:
+        """Return the cost of a point's plans; they become the incumbent if they are cheaper.
+
+        Plans that cost less than the linear program says refute its value, unless they arrive
+        before the arrivals of the program.
+        """
         subproblem = self._subproblem
         priced = price(subproblem.objective, program.controls_at(point), subproblem.given)
-        if priced is None:
+        if priced is None or not isfinite(priced.value):
             return inf
+        if priced.value < estimate + spare - tol.AGREEMENT * max(1.0, abs(priced.value)):
+            arrivals = program.arrivals.items()
+            self._refuted |= all(priced.profile[i].arrival == t for i, t in arrivals)
         if priced.value < self._upper:
             self.incumbent = priced
             self._on_progress("value", priced.value)

@@ -62,7 +62,8 @@ class BranchAndBound:
     ----------
     make, spent : builds the program when it is needed; the time cost of its arrivals.
     upper : cost of the incumbent; only cheaper plans are searched for.
-    price : returns the true cost of a point of the program, given the program's own estimate.
+    price : returns the true cost of a point of the program, given the program's own estimate,
+        and what better faces than the chosen ones spare of it (at most 0).
     source : source of cuts, if any.
     mirrors : symmetries that keep the arrivals; of mirrored children one is searched.
 
@@ -70,6 +71,8 @@ class BranchAndBound:
     ----------
     upper : cost of the best plans so far.
     leaf_bound : lower bound on the leaves, where the relaxation is exact; infinite without leaves.
+    failed : whether a linear program could not be solved.
+    rejected : whether the point of a leaf was no plan.
     """
 
     def __init__(
@@ -78,7 +81,7 @@ class BranchAndBound:
         spent: float,
         upper: float,
         budget: Budget,
-        price: Callable[[FixedProgram, np.ndarray, float], float],
+        price: Callable[[FixedProgram, np.ndarray, float, float], float],
         source: CutSource | None = None,
         mirrors: Sequence[Symmetry] = (),
     ) -> None:
@@ -90,6 +93,7 @@ class BranchAndBound:
         self._plunge_limit = -inf
         self._pushed = 0
         self._root_solved = self._cuts_added = False
+        self.failed = self.rejected = False
         self._relaxation: Relaxation | None = None
 
     @property
@@ -162,6 +166,7 @@ class BranchAndBound:
             self._lp.set_faces(choice)
             solution = self._lp.solve(self._cutoff)
             if solution is None:  # the back end failed: the bound of the parent still holds
+                self.failed = True
                 self._push(bound, choice)
                 return False
             value, point = solution
@@ -211,13 +216,20 @@ class BranchAndBound:
         """
         lp = self._lp
         if not lp.program.disjunctions:
-            self.upper = min(self.upper, self._price(lp.program, point, value))
+            self._price_point(point, value, 0.0, leaf=True)
             return None
         errors = relaxation_errors(lp, point)
+        leaf = errors.total <= tol.REFINEMENT / 2
         if value + errors.total < self.upper:
-            self.upper = min(self.upper, self._price(lp.program, point, value + errors.total))
-        if errors.total <= tol.REFINEMENT / 2:
+            self._price_point(point, value + errors.total, errors.spare, leaf)
+        if leaf:
             return None
         k = select_disjunction(lp, errors)
         first = lp.faces.first[k]
         return k, errors.margins[first : first + len(lp.program.disjunctions[k].faces)]
+
+    def _price_point(self, point: np.ndarray, estimate: float, spare: float, leaf: bool) -> None:
+        """Price the plans of a point; by the linear program they cost ``estimate + spare``."""
+        cost = self._price(self._lp.program, point, estimate, spare)
+        self.upper = min(self.upper, cost)
+        self.rejected |= leaf and cost == inf

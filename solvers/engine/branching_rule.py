@@ -28,12 +28,14 @@ class RelaxationErrors:
     best : (K,) largest margin of each disjunction, at most its cap.
     gaps : (K,) weighted loss less the relaxed one; infinite where bodies overlap.
     total : sum of the positive gaps.
+    spare : sum of the negative gaps, also where a better face than the chosen one counts.
     """
 
     margins: np.ndarray
     best: np.ndarray
     gaps: np.ndarray
     total: float
+    spare: float
 
 
 def relaxation_errors(lp: Relaxation, point: np.ndarray) -> RelaxationErrors:
@@ -43,8 +45,9 @@ def relaxation_errors(lp: Relaxation, point: np.ndarray) -> RelaxationErrors:
     best = np.minimum(np.maximum.reduceat(margins, faces.first), faces.caps)
     losses = objective.loss(lp.program.game, np.maximum(best, 0.0)) - point[faces.losses]
     gaps = np.where(best >= 0, faces.weights * losses, np.inf)
+    spare = np.minimum(gaps, 0.0).sum()
     gaps[lp.active] = 0.0
-    return RelaxationErrors(margins, best, gaps, float(np.maximum(gaps, 0.0).sum()))
+    return RelaxationErrors(margins, best, gaps, float(np.maximum(gaps, 0.0).sum()), float(spare))
 
 
 def select_disjunction(lp: Relaxation, errors: RelaxationErrors) -> int:

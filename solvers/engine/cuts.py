@@ -108,7 +108,7 @@ class CutsAtArrivals:
             yield Cut(part, self.pool.value(part, self.arrivals))
 
 
-def _estimate(program: FixedProgram, point: np.ndarray, estimate: float) -> float:
+def _estimate(program: FixedProgram, point: np.ndarray, estimate: float, spare: float) -> float:
     """Return the LP value: a partial profile cannot be evaluated."""
     return estimate
 

@@ -12,7 +12,7 @@ Rows of three kinds are added:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,7 @@ class Relaxation:
         """Return value and point of the optimum, with the tangents that it needs.
 
         The value is infinite if the program is infeasible, and a lower bound if it is ``cutoff``
-        or more.  The result is None if the back end fails.
+        or more.  The result is None if the back end fails, or returns numbers that are not finite.
         """
         for _ in range(REFINEMENTS):
             self._budget.tick()
@@ -96,6 +96,8 @@ class Relaxation:
                 return None
             value = self._base + float(self._lp.getInfo().objective_function_value)
             point = np.array(self._lp.getSolution().col_value)
+            if not (isfinite(value) and np.isfinite(point).all()):
+                return None
             if value >= cutoff or not self._add_tangents(point):
                 break
         return value, point
@@ -120,7 +122,8 @@ class Relaxation:
 
         It is the least increase of the value per unit of loss: other losses may fall in return.
         """
-        return max(float(self._lp.getSolution().col_dual[disjunction.loss]), 0.0)
+        dual = float(self._lp.getSolution().col_dual[disjunction.loss])
+        return max(dual, 0.0) if isfinite(dual) else 0.0
 
     def _add(
         self, face: tuple[int, int] | None, least: float, columns: np.ndarray, values: np.ndarray

@@ -18,7 +18,7 @@ from ppg_env.game.reachability import earliest_arrival, sufficient_horizon
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.liability import Liability, make_rule
-from solvers.search_result import SearchResult
+from solvers.search_result import REFUTED, UNPROVED, SearchResult
 from solvers.solution import ADVICE, Solution, Status
 from solvers.units import in_units_of_the_game
 
@@ -104,7 +104,9 @@ def explain(game: Game, result: SearchResult, movers: tuple[int, ...]) -> tuple[
     if status is Status.UNREACHABLE:
         return status, unreachable_advice(game, movers)
     advice = ADVICE[status].format(when=overlap_times(game))
-    if result.detail and status is Status.ERROR:
+    if status is Status.FEASIBLE and result.detail in (UNPROVED, REFUTED):
+        advice = result.detail
+    elif result.detail and status is Status.ERROR:
         advice += f" (it reported: {result.detail})"
     return status, advice
 

@@ -16,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ppg_env import tolerances as tol
 from ppg_env.game.earliest_way import earliest_way, has_walls
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
@@ -29,7 +28,7 @@ from solvers.equilibrium.certificate import certify
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
-from solvers.search_result import SearchResult
+from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Solution, Status
 from solvers.units import in_units_of_the_game
 
@@ -139,7 +138,7 @@ def _minimise_potential(
         game,
         name,
         status,
-        result.detail if result.detail == APPROXIMATE else advice,
+        APPROXIMATE if status is Status.FEASIBLE and result.detail == APPROXIMATE else advice,
         result.profile,
         result.evaluation,
         minimised,
@@ -174,11 +173,7 @@ def _approximate(
     share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
     bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
     best = descent(rule, ENGINE, budget, seed, lambda value: on_progress("value", value))
-    if best is None and budget.out:
-        return SearchResult(Status.NO_INCUMBENT, bound)
-    if best is None:
+    if best is None and not budget.out:
         agents = range(len(game.agents))
         return minimise(potential, agents, None, ENGINE, budget, on_progress)
-    if best.value - bound <= tol.AGREEMENT * max(1.0, abs(best.value)):
-        return SearchResult.of(Status.OPTIMAL, bound, best)
-    return SearchResult.of(Status.FEASIBLE, bound, best, APPROXIMATE)
+    return conclude(best, Claims(bound, complete=False, detail=APPROXIMATE))

@@ -17,9 +17,13 @@ from time import monotonic
 from typing import Any
 
 import cvxpy as cp
+import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
+
+HIGHS_HAS_POINT = 2
+"""``kSolutionStatusFeasible`` of HiGHS."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +79,36 @@ def solve(problem: cp.Problem, solver: str, time_limit: float | None) -> Answer:
         with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
             warnings.simplefilter("ignore")
             problem.solve(solver=solver, warm_start=False, **_options(solver, time_limit))
-    except (cp.error.SolverError, ValueError, TypeError, AttributeError) as failure:
+    except Exception as failure:  # back ends raise errors of every kind
         # SCIP through cvxpy raises when the time limit comes before the first incumbent.
         late = time_limit is not None and monotonic() - started >= 0.9 * time_limit
         detail = f"{type(failure).__name__}: {failure}"
         return Answer("none" if late else "error", float("-inf"), detail)
+    return _answer(problem, solver)
+
+
+def _answer(problem: cp.Problem, solver: str) -> Answer:
+    """Return what a solve of ``problem`` says; a point counts only if its values are finite."""
     stats, status = problem.solver_stats, str(problem.status)
     extra = None if stats is None else stats.extra_stats
     if status in (cp.INFEASIBLE, cp.settings.INFEASIBLE_OR_UNBOUNDED):
         return Answer("infeasible", float("inf"), status)
+    bound = _proved_bound(solver, extra)
+    if status == cp.settings.USER_LIMIT and not _has_incumbent(solver, extra, problem):
+        return Answer("none", bound, status)
+    if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE, cp.settings.USER_LIMIT):
+        return Answer("error", float("-inf"), status)
+    if not _is_finite(problem):
+        return Answer("error", float("-inf"), f"{status}, with values that are not finite")
     if status == cp.OPTIMAL:
-        bound = min(_proved_bound(solver, extra), float(problem.value))
-        return Answer("optimal", bound, status)
-    if status == cp.OPTIMAL_INACCURATE:
-        return Answer("incumbent", _proved_bound(solver, extra), status)
-    if status == cp.settings.USER_LIMIT:
-        outcome = "incumbent" if _has_incumbent(solver, extra, problem) else "none"
-        return Answer(outcome, _proved_bound(solver, extra), status)
-    return Answer("error", float("-inf"), status)
+        return Answer("optimal", min(bound, float(problem.value)), status)
+    return Answer("incumbent", bound, status)
+
+
+def _is_finite(problem: cp.Problem) -> bool:
+    """Return whether the value and all variables are finite numbers."""
+    values = [problem.value, *(variable.value for variable in problem.variables())]
+    return all(value is not None and bool(np.isfinite(value).all()) for value in values)
 
 
 def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
@@ -122,17 +138,25 @@ def _options(solver: str, time_limit: float | None) -> dict[str, Any]:
 
 
 def _proved_bound(solver: str, extra: Any) -> float:
-    """Return the dual bound; -inf for solvers without options above, whose gaps are loose."""
-    if solver == cp.HIGHS and extra is not None:
-        return float(extra.mip_dual_bound)
-    if solver == cp.GUROBI and extra is not None:
-        return float(extra.ObjBound)
-    if solver == cp.SCIP and extra is not None:
-        return float(extra["model"].getDualbound())
-    return float("-inf")
+    """Return the dual bound; -inf where there is none.
+
+    Solvers without options above have none, since their gaps are loose.
+    """
+    try:
+        if solver == cp.HIGHS:
+            bound = float(extra.mip_dual_bound)
+        elif solver == cp.GUROBI:
+            bound = float(extra.ObjBound)
+        elif solver == cp.SCIP:
+            bound = float(extra["model"].getDualbound())
+        else:
+            return float("-inf")
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return float("-inf")
+    return float("-inf") if np.isnan(bound) else bound
 
 
 def _has_incumbent(solver: str, extra: Any, problem: cp.Problem) -> bool:
     if solver == cp.HIGHS:
-        return extra is not None and int(extra.primal_solution_status) == 2
+        return int(getattr(extra, "primal_solution_status", 0)) == HIGHS_HAS_POINT
     return problem.value is not None and all(v.value is not None for v in problem.variables())

@@ -18,7 +18,7 @@ from solvers.budget import Budget
 from solvers.pricing import PricedProfile, price
 from solvers.reference import cvxpy_backend as backend
 from solvers.reference.formulation import Program
-from solvers.search_result import SearchResult
+from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Status
 
 ROUNDS = 12
@@ -29,12 +29,29 @@ REFINEMENTS = 8
 
 
 def search(program: Program, given: Profile | None, solver: str, budget: Budget) -> SearchResult:
-    """Minimise ``program`` with the other agents' plans ``given`` (None when all agents move)."""
+    """Minimise ``program`` with the other agents' plans ``given`` (None when all agents move).
+
+    Plans of the movers in ``given`` are no start, but the answers of the back end must agree with
+    them.
+    """
     if any(mover.earliest is None for mover in program.movers.values()):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     program.update(given)
     times = program.objective.time
-    bound = float(sum(times[i] * (mover.earliest or 0) for i, mover in program.movers.items()))
+    floor = float(sum(times[i] * (mover.earliest or 0) for i, mover in program.movers.items()))
+    best, claims = _search(program, given, solver, budget, floor)
+    known = _known(program, given)
+    if known is not None and claims.complete:
+        slack = tol.AGREEMENT * max(1.0, abs(known.value))
+        if best is None or known.value < best.value - slack:
+            best = known
+    return conclude(best, claims, floor)
+
+
+def _search(
+    program: Program, given: Profile | None, solver: str, budget: Budget, bound: float
+) -> tuple[PricedProfile | None, Claims]:
+    """Return the best plans of some rounds, and what the back end claims; see :func:`search`."""
     best: PricedProfile | None = None
     detail = ""
     for _ in range(ROUNDS):
@@ -42,23 +59,30 @@ def search(program: Program, given: Profile | None, solver: str, budget: Budget)
             break
         program.release()
         answer = backend.solve(program.problem, solver, budget.left)
-        if answer.outcome == "infeasible" and best is None:
-            return SearchResult(Status.INFEASIBLE, float("inf"))
+        detail = answer.detail
+        if answer.outcome == "infeasible":
+            return best, Claims(float("inf"), complete=True)
         bound = max(bound, answer.bound) if np.isfinite(answer.bound) else bound
         priced = _refined(program, given, solver, budget) if answer.has_point else None
         if priced is not None and (best is None or priced.value < best.value):
             best = priced
-        detail = answer.detail
         if best is None:
-            failed = answer.has_point or answer.outcome == "error"
-            status = Status.ERROR if failed else Status.NO_INCUMBENT
-            return SearchResult(status, bound, detail=detail)
+            failed, rejected = answer.outcome == "error", answer.has_point
+            claims = Claims(bound, complete=False, failed=failed, rejected=rejected, detail=detail)
+            return None, claims
         if answer.outcome != "optimal":
             break
         if best.value - bound <= tol.REFINEMENT * max(1.0, abs(best.value)):
-            return SearchResult.of(Status.OPTIMAL, bound, best, detail)
-    status = Status.NO_INCUMBENT if best is None else Status.FEASIBLE
-    return SearchResult.of(status, bound, best, detail)
+            return best, Claims(bound, complete=True, detail=detail)
+    return best, Claims(bound, complete=False, detail=detail)
+
+
+def _known(program: Program, given: Profile | None) -> PricedProfile | None:
+    """Return the plans of ``given`` if they are feasible; None if there are none."""
+    if given is None:
+        return None
+    controls = {i: given[i].controls for i in program.movers}
+    return price(program.objective, controls, dict(enumerate(given)))
 
 
 def _refined(
