@@ -14,11 +14,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from playwright.sync_api import Browser, Page, expect
 
 from benchmarks.reproduction.curves import make_panel
 from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
 from benchmarks.reproduction.page import embedded, write_page
+from benchmarks.reproduction.page import page as whole_page
+from benchmarks.reproduction.pictures import draw
 from benchmarks.reproduction.run import Reproduction, judge_claims, reproduce
 from benchmarks.sweeps import Row, Store
 
@@ -255,6 +258,21 @@ def test_claims_have_their_verdicts_and_cases(page, found):
         assert cases.count() == one.verdict.total
         assert cases.locator(".holds").count() == one.verdict.holding
         assert not one.cases or cases.locator("a").count() >= one.verdict.total
+
+
+@pytest.mark.parametrize(
+    ("rule", "event"), [("instants", "at the time steps"), ("swept", "during the steps")]
+)
+def test_the_page_and_its_figures_say_what_a_crash_is(found, rule, event):
+    named = replace(found, extent=replace(found.extent, collisions=rule))
+    text = whole_page(named)
+    numbers = text.index('id="numbers"')
+    assert f"A crash is an overlap {event}." in text[: text.index("<main>")]
+    assert f"any overlap {event}" in " ".join(text[numbers:].split())
+    assert embedded(json.dumps({"event": f"overlap {event}"}))[1:-1] in text
+    for panels in found.sheets.values():
+        figure = draw(panels, named.extent.crash_event)
+        assert any(f"overlap {event}" in drawn.get_text() for drawn in figure.findobj(Text))
 
 
 def test_the_command_on_the_page_makes_the_page(ppg, report, store, tmp_path):
