@@ -140,6 +140,15 @@ def test_players_are_trained_and_tested_with_a_tolerance(ppg, tmp_path):
     learned = read_learned(tmp_path / "a.npz")
     assert learned.about["tolerance"] == 2.5
     assert "--tolerance 2.5" in learned.about["command"]
-    wide = ["regret", "parallel", "--player", "straight", "--steps", "0", "--episodes", "200"]
+    wide = [
+        "regret",
+        "parallel",
+        "--player",
+        "straight",
+        "--deviation",
+        "planned",
+        "--episodes",
+        "200",
+    ]
     plain, narrow = (ppg(*wide, *more, "--json").json for more in ([], ["--tolerance", "0.5"]))
     assert plain["agents"] != narrow["agents"]

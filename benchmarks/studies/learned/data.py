@@ -1,53 +1,41 @@
-r"""Selfish and social players with the same rules of play: plans, feedback and learning compared.
+r"""Price in safety of learned selfish agents, compared with equilibrium planners.
 
-Every game is a scenario, a speed set and a lam, with the objective ``risk``.  In the environment
-(arrival within a region, inputs projected) a selfish and a social player of each kind play it with
-the same noise:
-
-    planned    ``nash``, ``social``                     plans, tracked: each sees its own state
-    replanned  ``receding-nash``, ``receding-social``   plans anew from the states of all agents
-    feedback   ``feedback-nash``, ``feedback-social``   dynamic programming; two agents only
-    learned    ``ppo-selfish``, ``ppo-social``          five trainings each
+Every cell is a scenario, a speed set and a lam.  Four players play it with the same noise in the
+environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and
+``social``, planned for the risk objective, and the pretrained ``ppo-selfish`` and ``ppo-social``.
 
     price in cost   expected cost of the selfish player over that of the social one
     price in risk   the same ratio of the probability that any agent crashes
-    regret          what an agent gains by the best response that dynamic programming finds
 
-There are as many groups of episodes as training runs; run r plays group r.  Intervals of ratios and
-differences are Student's over the groups: for learners they cover training and noise, for the
-others noise only.  Half a crash is added before the logarithm of a crash count is taken.
+There are as many groups of episodes as training runs; run r plays group r.  Intervals are Student's
+over the groups: for learners they cover training and noise, for planners noise only.  Half a crash
+is added before the logarithm of a crash count is taken.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
-from baselines.evaluate_runs import over_runs
-from benchmarks import sweeps
+from baselines.evaluate_runs import RunStatistics, evaluate_runs, over_runs
+from baselines.pretrained import find_pretrained
 from benchmarks.studies.results import StudyRow
 from benchmarks.studies.study import Choice
-from benchmarks.sweeps import Cell
+from ppg_env.env.players import Player, track
+from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
 from ppg_env.support.statistics import Interval
-from solvers.feedback.extent import dynamic_programming_applies
 
-KINDS = {
-    "planned": ("nash", "social"),
-    "replanned": ("receding-nash", "receding-social"),
-    "feedback": ("feedback-nash", "feedback-social"),
-    "learned": ("ppo-selfish", "ppo-social"),
-}
+PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
+KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
 """Selfish and social player of each kind."""
 
-PLAYERS = tuple(name for pair in KINDS.values() for name in pair)
-SELFISH = tuple(selfish for selfish, _ in KINDS.values())
-ORACLE = "feedback-social"
-
-GROUPS = 5
-"""Groups of episodes, as many as the pretrained players have runs."""
+RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
+"""The planner that each learner is compared with, with the same noise."""
 
 TIME_LIMIT = 120.0
 """Seconds for each plan; the status in the row shows whether it is proved."""
@@ -55,86 +43,91 @@ TIME_LIMIT = 120.0
 SAME = 0.05
 """Costs that differ by at most this share count as about the same, as in the paper."""
 
-KEPT = (
-    "speed", "scenario", "lam", "player", "status", "episodes", "arrival_mean",
-    "expected_cost", "expected_cost_low", "expected_cost_high",
-    "crash_probability", "crash_probability_low", "crash_probability_high",
-    "group_costs", "group_crashes", "play_regret",
-)  # fmt: skip
-"""Columns of a sweep's row that the study uses."""
 
-Key = tuple[str, str, float]
-Games = dict[Key, dict[str, StudyRow]]
-"""The rows of each speed set, scenario and lam, by player."""
+@dataclass(frozen=True)
+class LearnedCell:
+    """One game of the study."""
+
+    scenario: str
+    speed: str
+    lam: float
+
+    def game(self) -> Game:
+        """Return the game, with the objective of the planners."""
+        return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
 
 
-def cells(choice: Choice) -> list[Cell]:
-    """Return the cells, by speed set first; feedback players only where they can be computed."""
-    games = product(choice.speeds, choice.scenarios, choice.lams)
+def cells(choice: Choice) -> list[LearnedCell]:
+    """Return all cells, by speed set first."""
     return [
-        _cell(choice, name, scenario, {"speed": speed, "objective": "risk", "lam": lam})
-        for speed, scenario, lam in games
-        for name in _players(scenario)
+        LearnedCell(scenario, speed, lam)
+        for speed, scenario, lam in product(choice.speeds, choice.scenarios, choice.lams)
     ]
 
 
-def _players(scenario: str) -> Sequence[str]:
-    if dynamic_programming_applies(make_game(scenario)):
-        return PLAYERS
-    return [name for name in PLAYERS if name not in KINDS["feedback"]]
+def run_cell(cell: LearnedCell, episodes: int, seed: int) -> StudyRow:
+    """Play one cell, and return its row.
+
+    A row without ``players`` has the ``reason`` why a planner has no solution.
+    """
+    game = cell.game()
+    row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}
+    learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
+    groups = len(learned["ppo-selfish"].runs)
+    sides: dict[str, list[Sequence[Player]]] = {
+        name: [policy.players(game, run) for run in range(groups)]
+        for name, policy in learned.items()
+    }
+    for name in KINDS["planned"]:
+        solution = _plan(name, game)
+        if solution.profile is None:
+            return row | {"reason": f"{name}: {solution.advice}"}
+        row[f"{name}_status"] = str(solution.status)
+        sides[name] = [track(game, solution.profile)]
+    played = {
+        name: evaluate_runs(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS
+    }
+    return row | {
+        "players": {name: _statistics(played[name]) for name in PLAYERS},
+        "paired": {
+            name: vars(over_runs(played[name].costs - played[rival].costs))
+            for name, rival in RIVALS.items()
+        },
+        "price": {kind: _price(played[a], played[b]) for kind, (a, b) in KINDS.items()},
+    }
 
 
-def _cell(choice: Choice, name: str, scenario: str, fields: dict[str, object]) -> Cell:
-    measured = name in SELFISH and dynamic_programming_applies(make_game(scenario))
-    return Cell(
-        scenario,
-        name,
-        fields,
-        "env",
-        choice.episodes,
-        GROUPS,
-        "grid" if measured and not name.startswith("receding") else None,
-        time_limit=TIME_LIMIT,
-        seed=choice.seed,
-    )
+def _plan(name: str, game: Game) -> Any:
+    from solvers import best_response_dynamics, social_optimum
+
+    planner = best_response_dynamics if name == "nash" else social_optimum
+    return planner(game, time_limit=TIME_LIMIT)
 
 
-def digest(row: sweeps.Row) -> StudyRow:
-    """Return the columns of a stored row that the study uses."""
-    return {name: getattr(row, name) for name in KEPT}
+def _statistics(runs: RunStatistics) -> dict[str, Any]:
+    return {
+        "cost": vars(over_runs(runs.costs, 0.0)),
+        "crash": vars(_crash(runs)),
+        "success": vars(over_runs(runs.successes, 0.0, 1.0)),
+    }
 
 
-def by_game(rows: Iterable[StudyRow]) -> Games:
-    """Return the rows with a result by game and player."""
-    games: Games = {}
-    for row in rows:
-        if "reason" not in row:
-            key = (row["speed"], row["scenario"], row["lam"])
-            games.setdefault(key, {})[row["player"]] = row
-    return games
+def _crash(runs: RunStatistics) -> Interval:
+    """Return the interval over the groups; without crashes, the 97.5 % limit of all episodes."""
+    interval, counted = over_runs(runs.crashes, 0.0, 1.0), runs.summary.crash_any
+    return interval if counted.hits else Interval(0.0, 0.0, counted.high)
 
 
-def paired(row: StudyRow, other: StudyRow) -> Interval:
-    """Return the difference of the costs of two players over the same noise."""
-    return over_runs(np.array(row["group_costs"]) - np.array(other["group_costs"]))
+def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
+    count = len(selfish.groups[0].cost) + 0.5
+    logs = [np.log(runs.crashes + 0.5 / count) for runs in (selfish, social)]
+    return {
+        "cost": vars(_ratio(np.log(selfish.costs), np.log(social.costs))),
+        "risk": vars(_ratio(*logs)),
+    }
 
 
-def price(selfish: StudyRow, social: StudyRow, what: str) -> Interval:
-    """Return the ratio of ``cost`` or ``risk`` of two players, with its interval."""
-    logs = [_log(row, what) for row in (selfish, social)]
-    ratio = over_runs(logs[0] - logs[1])
-    return Interval(*np.exp([ratio.value, ratio.low, ratio.high]).tolist())
-
-
-def _log(row: StudyRow, what: str) -> np.ndarray:
-    if what == "cost":
-        return np.log(row["group_costs"])
-    count = row["episodes"] / len(row["group_crashes"]) + 0.5
-    return np.log(np.array(row["group_crashes"]) + 0.5 / count)
-
-
-def largest_regret(row: StudyRow) -> float | None:
-    """Return the largest measured gain of an agent by a deviation, over its cost."""
-    if "play_regret" not in row:
-        return None
-    return max(gain["value"] for gain in row["play_regret"]) / row["expected_cost"]
+def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
+    """Return the exponential of the mean difference of logarithms, with its interval."""
+    logs = over_runs(above - below)
+    return Interval(*np.exp([logs.value, logs.low, logs.high]).tolist())

@@ -1,21 +1,14 @@
-"""The figures of the study ``learned``: cost, crash probability and regret over lam."""
+"""The figure of the study ``learned``: cost and crash probability over lam."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.learned.data import (
-    KINDS,
-    ORACLE,
-    PLAYERS,
-    SELFISH,
-    Games,
-    largest_regret,
-)
+from benchmarks.studies.learned.data import PLAYERS
 from benchmarks.studies.results import StudyRow
 from ppg_env.plotting import COLOURS
 
@@ -23,83 +16,70 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOUR = dict(zip(KINDS, (COLOURS[1], COLOURS[3], COLOURS[2], COLOURS[0]), strict=True))
 STYLES = {
-    name: (COLOUR[kind], line, marker)
-    for kind, pair in KINDS.items()
-    for name, line, marker in zip(pair, ("--", "-"), ("^", "s"), strict=True)
+    "nash": (COLOURS[1], "-", "o"),
+    "social": (COLOURS[0], "-", "s"),
+    "ppo-selfish": (COLOURS[4], "--", "^"),
+    "ppo-social": (COLOURS[5], "--", "v"),
 }
-"""Colours by kind; selfish players are dashed."""
-
-LABELS = {
-    "cost": f"cost / cost of {ORACLE}",
-    "risk": "Pr(any agent crashes)",
-    "regret": "gain by the best response found / cost",
+NAMES = {
+    "nash": "nash (planned, tracked)",
+    "social": "social (planned, tracked)",
+    "ppo-selfish": "ppo-selfish (learned)",
+    "ppo-social": "ppo-social (learned)",
 }
 
 
-def draw_all(games: Games) -> Mapping[str, Figure]:
-    """Draw the three figures, with a row of panels per scenario and a column per speed set."""
-    return {what: _draw(games, what) for what in LABELS if _panels(games, what)[0]}
-
-
-def _panels(games: Games, what: str) -> tuple[list[str], list[str]]:
-    """Return the scenarios and speed sets with anything to draw."""
-    shown = [
-        key
-        for key, rows in games.items()
-        if what != "regret" or any(largest_regret(row) is not None for row in rows.values())
-    ]
-    return list(dict.fromkeys(k[1] for k in shown)), list(dict.fromkeys(k[0] for k in shown))
-
-
-def _draw(games: Games, what: str) -> Figure:
-    scenarios, speeds = _panels(games, what)
-    figure = new_figure(1.0 + 2.7 * len(speeds), 1.3 + 1.75 * len(scenarios))
-    grid: Any = figure.subplots(
-        len(scenarios), len(speeds), sharex=True, sharey="row", squeeze=False
-    )
-    handles: dict[str, Any] = {}
+def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
+    """Draw a row of panels per scenario: expected cost and crash probability over lam."""
+    shown = [row for row in rows if "players" in row]
+    scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
+    figure = new_figure(8.2, 1.2 + 2.1 * len(scenarios))
+    grid: Any = figure.subplots(len(scenarios), 2, sharex=True, squeeze=False)
     for line, scenario in zip(grid, scenarios, strict=True):
-        for axes, speed in zip(line, speeds, strict=True):
-            _panel(axes, games, (speed, scenario), what, handles)
-            axes.set_title(f"{scenario}, {speed}", fontsize=8, loc="left")
-            axes.tick_params(labelsize=7)
-            axes.grid(axis="y", alpha=0.3)
+        chosen = [row for row in shown if row["scenario"] == scenario]
+        floor = min(0.5 / row["episodes"] for row in chosen)
+        base = np.array([row["players"]["social"]["cost"]["value"] for row in chosen])
+        for name in PLAYERS:
+            _curve(line[0], chosen, name, "cost", base, 0.0)
+            _curve(line[1], chosen, name, "crash", np.ones(len(chosen)), floor)
+        line[0].axhline(1.0, color="0.6", linewidth=0.7, zorder=0)
+        line[0].set_ylabel("cost / planned social")
+        line[0].set_title(scenario, fontsize=9, loc="left")
+        line[1].set_yscale("log")
+        line[1].set_ylabel("Pr(any agent crashes)")
+        line[1].grid(axis="y", alpha=0.3)
     for axes in grid[-1]:
-        axes.set_xlabel("λ (weight of time)", fontsize=8)
-    figure.supylabel(LABELS[what], fontsize=9)
-    names = [name for name in PLAYERS if name in handles]
-    chosen = [handles[name] for name in names]
-    figure.legend(chosen, names, loc="outside lower center", ncols=4, fontsize=8)
+        axes.set_xlabel("λ (weight of time)")
+    handles, _ = grid[0][0].get_legend_handles_labels()
+    figure.legend(
+        handles,
+        [NAMES[name] for name in PLAYERS],
+        loc="outside lower center",
+        ncols=2,
+        fontsize=8,
+    )
+    figure.suptitle(f"Selfish and social, planned and learned: speed set {speed}", fontsize=10)
     return figure
 
 
-def _panel(
-    axes: Axes, games: Games, place: tuple[str, str], what: str, handles: dict[str, Any]
+def _curve(
+    axes: Axes,
+    rows: Sequence[StudyRow],
+    name: str,
+    what: str,
+    base: np.ndarray,
+    floor: float,
 ) -> None:
-    """Draw the curves of one scenario and speed set."""
-    here = {key[2]: rows for key, rows in games.items() if key[:2] == place}
-    for name in SELFISH if what == "regret" else PLAYERS:
-        points = [(lam, _value(rows, name, what)) for lam, rows in here.items() if name in rows]
-        points = [(lam, value) for lam, value in points if value is not None]
-        if points:
-            colour, line, marker = STYLES[name]
-            (handles[name],) = axes.plot(
-                *np.transpose(points), line, marker=marker, markersize=3.5, color=colour, lw=1.1
-            )
-    if what == "risk":
-        axes.set_yscale("log")
-    if what == "cost":
-        axes.axhline(1.0, color="0.6", linewidth=0.7, zorder=0)
-
-
-def _value(rows: Mapping[str, StudyRow], name: str, what: str) -> float | None:
-    """Return the value to draw; costs are relative to the oracle, or else to the least cost."""
-    row = rows[name]
-    if what == "regret":
-        return largest_regret(row)
-    if what == "risk":
-        return float(max(row["crash_probability"], 0.5 / row["episodes"]))
-    base = rows.get(ORACLE) or min(rows.values(), key=lambda other: other["expected_cost"])
-    return float(row["expected_cost"] / base["expected_cost"])
+    """Draw a player's value over lam with its 95 % interval, with values raised to ``floor``."""
+    colour, line, marker = STYLES[name]
+    estimates = [row["players"][name][what] for row in rows]
+    lam = [row["lam"] for row in rows]
+    value, low, high = (
+        np.maximum([item[key] for item in estimates], floor) / base
+        for key in ("value", "low", "high")
+    )
+    axes.fill_between(lam, low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.plot(
+        lam, value, line, marker=marker, markersize=4, color=colour, linewidth=1.2, label=name
+    )

@@ -1,4 +1,4 @@
-"""What the rows of the study ``learned`` say, in sentences."""
+"""What the rows of the study ``feedback`` say, in sentences."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.studies.learned.data import (
+from benchmarks.studies.feedback.data import (
     KINDS,
     ORACLE,
     SAME,
