@@ -33,7 +33,7 @@ class JointOptimum:
     states before the moves, agents then improve their actions in turn.
     """
 
-    agents = (0, 1)
+    agents: tuple[int, ...] = (0, 1)
     stationary = True
     kept = 1
 
@@ -62,7 +62,7 @@ class JointOptimum:
 class StageEquilibrium:
     """Actions of which neither agent has a better one, at every state of the stage."""
 
-    agents = (0, 1)
+    agents: tuple[int, ...] = (0, 1)
     stationary = True
     kept = 2
 
@@ -122,7 +122,7 @@ class Response:
 
     def __init__(self, model: JointModel, agent: int, player: Player) -> None:
         self._model, self._agent, self.player = model, agent, player
-        self.agents = (agent,)
+        self.agents: tuple[int, ...] = (agent,)
         self._observer = Observer(model.game, model.rules, 1 - agent)
 
     def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:

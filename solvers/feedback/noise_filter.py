@@ -105,7 +105,8 @@ def _separable(
     grid: Grid, deviations: np.ndarray, region: Sequence[tuple[float, float]]
 ) -> tuple[list[Factor], list[Factor]]:
     """Return one factor per axis with more than one point."""
-    everywhere, arrival = [], []
+    everywhere: list[Factor] = []
+    arrival: list[Factor] = []
     for k in range(AXES):
         size = grid.shape[k]
         if size == 1:

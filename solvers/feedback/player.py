@@ -81,7 +81,7 @@ class FeedbackPlayer:
 
     def __init__(self, policy: Policy, agent: int) -> None:
         self.policy, self.agent = policy, agent
-        self._bodies: dict[tuple[int, int], Body] = {}
+        self._bodies: dict[tuple[int, tuple[int, int]], Body] = {}
         self._observer = Observer(policy.model.game, policy.model.rules, 1 - agent)
 
     def act(self, view: View) -> np.ndarray:

@@ -49,7 +49,7 @@ def write_feedback(path: str | Path, solution: FeedbackSolution, *, last: bool =
     require(solution.kind != "response", "solution", "is a response", "save the player's actions")
     stages = solution.policy.stages
     kept = slice(-1 if last and solution.stationary else None, None)
-    arrays = {f"alone{i}": stages.alone[i][kept] for i in solution.agents}
+    arrays: dict[str, Any] = {f"alone{i}": stages.alone[i][kept] for i in solution.agents}
     figures = {name: getattr(solution, name) for name in FIGURES}
     about = {
         "format": FORMAT,

@@ -34,7 +34,7 @@ class Side(NamedTuple):
     states before the move.
     """
 
-    index: np.ndarray
+    index: np.ndarray  # type: ignore[assignment]  # tuples have a method of this name
     weight: np.ndarray
     ends: np.ndarray
     stays: np.ndarray

@@ -17,8 +17,8 @@ from solvers import (
 from tests.solvers.feedback.line_games import line_agent, line_game
 
 
-def small():
-    return line_game(line_agent(0.0, 30.0), line_agent(25.0, 55.0, -6.0, 6.0), horizon=6)
+def small(horizon: int = 6):
+    return line_game(line_agent(0.0, 30.0), line_agent(25.0, 55.0, -6.0, 6.0), horizon=horizon)
 
 
 @pytest.mark.parametrize("solve", [feedback_optimum, feedback_equilibrium])
@@ -31,7 +31,7 @@ def test_a_file_plays_as_the_solution_does(tmp_path: Path, solve):
 
 
 def test_a_stationary_solution_may_be_saved_as_one_stage(tmp_path: Path):
-    solution = feedback_optimum(small())
+    solution = feedback_optimum(small(horizon=10))
     assert solution.stationary
     copy = read_feedback(write_feedback(tmp_path / "policy.npz", solution, last=True))
     assert copy.stages == 1
