@@ -12,7 +12,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -88,7 +88,11 @@ def make_motion(game: Game, tables: Tables, profile: Profile) -> Motion:
     n, m = tables.start.shape[1], tables.limits.shape[2]
     sets = [admissible for agent in game.agents for _, admissible in pieces(agent.control)]
     return Motion(
-        *(tables.A, tables.B, tables.effort, tables.goal, tables.agent_codes[0]),
+        A=tables.A,
+        B=tables.B,
+        effort=tables.effort,
+        goal=tables.goal,
+        goal_size=tables.agent_codes[0],
         tolerance=tables.tolerance,
         control_set=tables.control_set,
         normals=tables.input_normals,
@@ -136,7 +140,7 @@ def _directions(m: int) -> np.ndarray:
     return signs / np.linalg.norm(signs, axis=1, keepdims=True)
 
 
-def _laws(game: Game, n: int, m: int) -> dict[str, np.ndarray]:
+def _laws(game: Game, n: int, m: int) -> dict[str, Any]:
     """Return the fields about control laws."""
     laws = []
     for agent in game.agents:
@@ -177,7 +181,7 @@ def _arrival_deviations(game: Game, n: int) -> np.ndarray:
     return result
 
 
-def _workspaces(game: Game) -> dict[str, np.ndarray]:
+def _workspaces(game: Game) -> dict[str, Any]:
     """Return the fields about workspaces."""
     n = max(agent.state_dim for agent in game.agents)
     rows = [workspace_rows(agent) for agent in game.agents]
@@ -189,7 +193,7 @@ def _workspaces(game: Game) -> dict[str, np.ndarray]:
     }
 
 
-def _tracked(game: Game, profile: Profile, n: int, m: int) -> dict[str, np.ndarray]:
+def _tracked(game: Game, profile: Profile, n: int, m: int) -> dict[str, Any]:
     """Return the fields about the tracked plans."""
     N, L = len(game.agents), game.horizon
     feedback, nominal, means = np.zeros((N, m, n)), np.zeros((N, L, m)), np.zeros((N, L + 1, n))

@@ -134,7 +134,9 @@ def roll(
                 k += 1
                 write_law(gain, offset, target, v, k, means, t, delta, u)
                 inside = admissible(normals, offsets, first, last, u)
-            if inside and k > 0:
+            if not inside:
+                project_on_faces(normals, offsets, first, last, u)
+            elif k > 0:
                 write_law(gain, offset, target, v, k - 1, means, t, delta, faster)
                 speed_up(normals, offsets, first, last, u, faster)
             k = max(k - 1, 0)
