@@ -154,10 +154,8 @@ def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
     walled = size > 1 and any(has_walls(game, i) for i in range(size))
     if size <= MOST_DIRECT and not walled:
         return None
-    child = budget.child(None)
-    profile = run_dynamics(rule, ENGINE, child, max_sweeps=FIRST_SWEEPS, jointly=False).profile
-    budget.charge(child)
-    return profile
+    share = Budget(budget.left)
+    return run_dynamics(rule, ENGINE, share, max_sweeps=FIRST_SWEEPS, jointly=False).profile
 
 
 def _approximate(

@@ -105,7 +105,7 @@ def test_a_released_search_continues_where_it_stopped():
 
     def tree(budget):
         make = lambda: FixedProgram(subproblem, arrivals, known)  # noqa: E731 - short
-        return BranchAndBound(make, 0.0, inf, budget, lambda program, point, estimate: estimate)
+        return BranchAndBound(make, 0.0, inf, budget, lambda p, x, estimate, spare: estimate)
 
     budget = Budget(None, 20)
     whole, broken = tree(Budget(None)), tree(budget)
