@@ -5,8 +5,8 @@ With fixed vectors l_i, of which no input gains more than one step, l_i B_i u <=
 
     L_t(x_1, x_2) = sum_i lam_i l_i (g_i - x_i) + P_t(x_1 - x_2).
 
-The linear terms lose exactly lam_i l_i B_i u_i in a step, whatever the noise, so L bounds the sum of
-both costs to go from below if P does so for a game of the displacement D alone,
+The linear terms lose exactly lam_i l_i B_i u_i in a step, whatever the noise, so L bounds the sum
+of both costs to go from below if P does so for a game of the displacement D alone,
 
     P_t(D) = min_u  sum_i lam_i (1 - l_i B_i u_i) + E[ P_{t+1}(D'); D' not in K ] + C Pr(D' in K),
 
@@ -14,8 +14,8 @@ D' = D + B_1 u_1 - B_2 u_2 + w_1 - w_2: it says what a detour, or the risk of no
 cost of a crash of both less the linear terms, at most; at t* P is a bound on what is missing
 between the linear terms and the costs that both have alone (:mod:`solvers.feedback.solo_table`).
 
-This holds while the noise stays within ``SIGMAS`` deviations of its law up to each time; the rest
-has a small probability, whose share of L is subtracted.  Of K a box inside counts, at the time
+This holds while the noise stays within some deviations of its law up to each time; the rest has a
+small probability, whose share of L is subtracted.  Of K a box inside counts, at the time
 steps only.  What happens after t* is not in the bound, nor what both need besides D.
 """
 
@@ -33,10 +33,11 @@ from ppg_env.game.polytope import Polytope, collision_set
 from solvers.feedback.solo_grid import ROUNDING, SoloGrid, SoloProblem
 from solvers.feedback.solo_table import image, make_axis, solo_table
 
-SIGMAS = (3.5, 4.0, 5.0)
-"""Deviations within which noise is taken to stay; each gives a bound, and the best one counts."""
+FEWEST, MOST = 4.0, 5.5
+"""Deviations within which noise is taken to stay: as many as leave the last time that the fewest
+allow, but at most the most."""
 
-NODES_PER_DEVIATION = 6.0
+NODES_PER_DEVIATION = 5.0
 """Nodes of the displacement's grid per standard deviation of its noise."""
 
 MARGIN = 3
@@ -67,7 +68,7 @@ class _Mover:
 
     @property
     def distance(self) -> float:
-        """l (g - x) at the start, in steps."""
+        """Steps l (g - x) at the start."""
         return float(self.pull @ (self.agent.goal - self.agent.start) / self.agent.lam)
 
     @property
@@ -91,9 +92,7 @@ def pair_lower_bound(game: Game, pair: tuple[int, int], rules: Rules) -> float:
         (1 - game.agents[i].lam) * game.crash_cost if rules.on_crash == "remove" else float("inf")
         for i in pair
     ]
-    return max(
-        0.0, *(_bound(game, (first, second), crash, leave, rules, sigmas) for sigmas in SIGMAS)
-    )
+    return max(0.0, _bound(game, (first, second), crash, leave, rules))
 
 
 def _mover(agent: Agent, rules: Rules) -> _Mover | None:
@@ -124,63 +123,62 @@ def _bound(
     crash: float,
     leave: list[float],
     rules: Rules,
-    sigmas: float,
 ) -> float:
-    """Return the bound for noise within so many deviations; minus infinity if there is none."""
-    time = min(_last_before_arrival(mover, rules.tolerance, sigmas) for mover in movers)
-    time = min(time, rules.steps(game) - 1)
+    """Return the bound; minus infinity if the agents are too near to their goals, or crashes cheap."""
+    time, sigmas = _last_before_arrival(movers, rules)
     if time < 1:
         return -np.inf
     linear = sum(mover.agent.lam * mover.distance for mover in movers)
     collision = collision_set(movers[0].agent.shape, movers[1].agent.shape)
-    hit = crash - _most_linear(movers, collision, time, sigmas)
-    if hit <= 0:
-        return -np.inf
-    left = [
+    rests = [
         _missing(mover, rules, rules.steps(game) - time, time, cost, sigmas)
         for mover, cost in zip(movers, leave, strict=True)
     ]
-    if any(rest is None for rest in left):
+    hit = crash - _most_linear(movers, collision, time, sigmas)
+    if len(game.agents) > 2 or game.obstacles:  # one of the two may crash into something else
+        for k, mover in enumerate(movers):
+            alone = _farthest(mover, -mover.pull, time, sigmas) + mover.agent.lam * mover.distance
+            hit = min(hit, leave[k] - alone + float(rests[1 - k].least[0].min()))
+    if hit <= 0:
         return -np.inf
     grid = _PairGrid(movers, collision, hit, time, tol.LENGTH * game.unit)
-    meeting, most = grid.solve_pair(left[0], left[1], time)  # type: ignore[arg-type]
+    meeting, most = grid.solve_pair(rests[0], rests[1], time)
     return linear + meeting - _escaped(movers, linear + most, time, sigmas)
 
 
-def _last_before_arrival(mover: _Mover, tolerance: float, sigmas: float) -> int:
-    """Return the last time at which the noise would have to exceed its bound for an arrival."""
-    slope = mover.pull / mover.agent.lam
-    needed = mover.distance - tolerance * float(np.abs(slope).sum())
+def _last_before_arrival(movers: tuple[_Mover, _Mover], rules: Rules) -> tuple[int, float]:
+    """Return the last time at which no noise within bounds lets one arrive, and these bounds."""
+
+    def deviations(time: int) -> float:
+        rooms = []
+        for mover in movers:
+            reach = rules.tolerance * float(np.abs(mover.pull).sum()) / mover.agent.lam
+            rooms.append((mover.distance - reach - time) / (mover.along * np.sqrt(time)))
+        return min(rooms) * (1 - 1e-9)
+
     time = 0
-    while time < 100 and time + 1 + sigmas * mover.along * np.sqrt(time + 1) < needed - 1e-9:
+    while deviations(time + 1) >= FEWEST:
         time += 1
-    return time
+    return time, min(MOST, deviations(time)) if time else 0.0
+
+
+def _farthest(mover: _Mover, direction: np.ndarray, time: int, sigmas: float) -> float:
+    """Return the most of direction (x - start) up to ``time``."""
+    step = float((mover.moves @ direction).max())
+    return max(0.0, time * step) + sigmas * float(np.abs(direction) @ mover.sigma) * time**0.5
 
 
 def _most_linear(
     movers: tuple[_Mover, _Mover], collision: Polytope, time: int, sigmas: float
 ) -> float:
     """Return the most that the linear terms may be at a crash up to ``time``."""
-
-    def lost(mover: _Mover, direction: np.ndarray) -> float:
-        """Return the most of direction (x - start)."""
-        step = float((mover.moves @ direction).max())
-        return max(0.0, time * step) + sigmas * float(np.abs(direction) @ mover.sigma) * np.sqrt(
-            time
-        )
-
     first, second = movers
-    apart = sum(m.agent.lam * m.distance + lost(m, -m.pull) for m in movers)
-    goals = sum(float(m.pull @ m.agent.goal) for m in movers)
     both = first.pull + second.pull
-    ways = [apart]
+    ways = [sum(m.agent.lam * m.distance + _farthest(m, -m.pull, time, sigmas) for m in movers)]
+    goals = sum(float(mover.pull @ mover.agent.goal) for mover in movers)
     for mover, gap in ((second, -first.pull), (first, second.pull)):
-        ways.append(
-            goals
-            + float((collision.vertices @ gap).max())
-            - float(both @ mover.agent.start)
-            + lost(mover, -both)
-        )
+        there = goals + float((collision.vertices @ gap).max() - both @ mover.agent.start)
+        ways.append(there + _farthest(mover, -both, time, sigmas))
     return min(ways)
 
 
@@ -192,7 +190,7 @@ def _escaped(movers: tuple[_Mover, _Mover], most: float, time: int, sigmas: floa
     """
     from scipy.special import ndtr
 
-    # Per agent and time: both sides of two components, and l w.
+    # Per agent and time: both sides of two components, and one of l w.
     chance = 2 * time * 5 * float(ndtr(-sigmas))
     back = sum(mover.agent.lam * mover.back for mover in movers) * time
     noise = sum(mover.agent.lam * mover.along for mover in movers) * np.sqrt(time)
@@ -212,31 +210,32 @@ class _Rest:
 
 def _missing(
     mover: _Mover, rules: Rules, steps: int, time: int, leave: float, sigmas: float
-) -> _Rest | None:
+) -> _Rest:
     """Return lam V(x) - lam l (g - x) at ``time``, least over the other component."""
     agent = mover.agent
-    wider = tuple(1.0 + np.abs(mover.pull) / np.abs(mover.pull).max())
-    table = solo_table(agent, (0, 1), steps, rules.tolerance, leave=leave, wider=wider)
-    nodes = [axis.nodes for axis in table.axes]
-    rest = agent.lam * table.value
-    for a in range(2):
-        line = mover.pull[a] * (agent.goal[a] - nodes[a])
-        rest = rest - (line[:, None] if a == 0 else line[None, :])
     reach = sigmas * np.sqrt(time) * mover.sigma
     low = agent.start + time * mover.moves.min(axis=0) - reach
     high = agent.start + time * mover.moves.max(axis=0) + reach
-    spans = []
-    for a in range(2):
-        if low[a] < nodes[a][0] or high[a] > nodes[a][-1]:
-            return None
-        ends = np.searchsorted(nodes[a], low[a], "right") - 1, np.searchsorted(nodes[a], high[a])
-        spans.append(slice(int(ends[0]), int(ends[1]) + 1))
-    rest = rest[spans[0], spans[1]]
-    places = nodes[0][spans[0]], nodes[1][spans[1]]
-    slope = mover.pull / agent.lam
-    gained = np.add.outer(slope[0] * places[0], slope[1] * places[1]) - slope @ agent.start
-    cell = sum(abs(slope[a]) * axis.spacing for a, axis in enumerate(table.axes))
-    rest = np.where(gained > time + sigmas * mover.along * np.sqrt(time) + cell, np.inf, rest)
+    cover = tuple((float(low[a]), float(high[a])) for a in range(2))
+    table = solo_table(agent, (0, 1), steps, rules.tolerance, leave=leave, cover=cover)
+    spans, places = [], []
+    for a, axis in enumerate(table.axes):
+        first = int((low[a] - axis.low) // axis.spacing)
+        last = int((high[a] - axis.low) // axis.spacing) + 1
+        spans.append(slice(first, last + 1))
+        places.append(axis.nodes[spans[a]])
+    rest = agent.lam * table.value[spans[0], spans[1]]
+    offset = [mover.pull[a] * (places[a] - agent.goal[a]) for a in range(2)]
+    rest = rest + np.add.outer(*offset)
+    hull = Polytope("vertices", (mover.moves,))
+    spacing = np.array([axis.spacing for axis in table.axes])
+    faces = [(n, time * b) for n, b in zip(hull.normals, hull.offsets, strict=True)]
+    for normal, most in faces:
+        ahead = np.add.outer(normal[0] * places[0], normal[1] * places[1]) - normal @ agent.start
+        rest = np.where(ahead > most + np.abs(normal) @ (reach + spacing), np.inf, rest)
+    ahead = np.add.outer(*(mover.pull[a] * places[a] for a in range(2))) - mover.pull @ agent.start
+    most = agent.lam * (time + sigmas * mover.along * np.sqrt(time))
+    rest = np.where(ahead > most + np.abs(mover.pull) @ spacing, np.inf, rest)
     least = [rest.min(axis=1 - a) for a in range(2)]
     cells = [np.minimum(line[:-1], line[1:]) for line in least]
     return _Rest((places[0][:-1], places[1][:-1]), (cells[0], cells[1]))
@@ -273,7 +272,15 @@ class _PairGrid(SoloGrid):
             spacing = sigma[a] / NODES_PER_DEVIATION
             axes.append(make_axis(span, float(centre[a]), float(half[a]), spacing, float(sigma[a])))
         problem = SoloProblem(
-            np.eye(2), ((0, self._corners),), np.zeros((1, 2)), (axes[0], axes[1]), hit, time, hit
+            A=np.eye(2),
+            moves=((0, self._corners),),
+            slopes=np.zeros((1, 2)),
+            axes=(axes[0], axes[1]),
+            leave=hit,
+            steps=time,
+            pulls=np.zeros((0, 2)),
+            short=np.zeros(0),
+            inside=hit,
         )
         super().__init__(problem)
 
@@ -288,7 +295,11 @@ class _PairGrid(SoloGrid):
         for _ in range(time):
             value = self._earlier(value, floor)
             floor -= ROUNDING * (1.0 + self._hit)
-        return self._at(value, self._start, np.zeros(2)), max(self._hit, float(value.max()))
+        rows = [
+            axis.start(self._start[a], 0.0, arrived=False)
+            for a, axis in enumerate(self._problem.axes)
+        ]
+        return float(rows[0] @ value @ rows[1]), max(self._hit, float(value.max()))
 
     def _earlier(self, value: np.ndarray, floor: float) -> np.ndarray:
         """Return the table one step earlier; ``floor`` bounds P off the grid."""

@@ -23,6 +23,12 @@ A table v stands for the lower bound of V that is bilinear between nodes.  It is
 * effort counts by its tangents q u <= |u|_1, each with a minimum of its own;
 * outside the grid one number bounds V: 1 plus the least value of a rim from which, or from outside,
   a step can end; nodes that can be left have at most that value;
+* where the inputs move the state of A = I by l B u <= 1 at most, with s the number of steps that
+  l x is short of the region and k those to go, for any b > 0
+
+      V >= -1/b log(exp(-b s) + exp(-b k) + exp(-b leave)) - k b Var(l w) / 8,
+
+  by concavity; nodes take this where all their neighbours gain by it, most of them near the rim;
 * ``ROUNDING`` is subtracted at every step.
 """
 
@@ -48,6 +54,9 @@ FAR = 9.0
 ROUNDING = 1e-9
 """Subtracted from each value at each step, times one plus the largest value."""
 
+SHARPNESS = 0.5
+"""The b of the bound far from the region."""
+
 STILL = 1e-6
 """Values of a constant problem that grow by less than this in a step are final."""
 
@@ -64,6 +73,8 @@ class SoloProblem:
     axes : the grid.
     leave : cost of leaving at once.
     steps : largest number of steps.
+    pulls : (K, 2) vectors l with l B u <= 1 for all inputs; none unless A = I.
+    short : (K,) the steps s at x = 0.
     inside : value in the region, zero for arrival.
     """
 
@@ -73,6 +84,8 @@ class SoloProblem:
     axes: tuple[Axis, Axis | NoAxis]
     leave: float
     steps: int
+    pulls: np.ndarray
+    short: np.ndarray
     inside: float = 0.0
 
 
@@ -91,16 +104,22 @@ class SoloGrid:
         ]
         self._region[tuple(spans)] = True
 
-    def solve(self, start: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the bound from a start N(``start``, diag ``deviation``^2), and the table."""
+    def solve(
+        self, start: np.ndarray, deviation: np.ndarray, *, whole: bool = False
+    ) -> tuple[float, np.ndarray]:
+        """Return the bound from a start N(``start``, diag ``deviation``^2), and the table.
+
+        With ``whole`` all steps are computed, not only those that matter at the start.
+        """
         value, outside, best, result = np.zeros(self._shape), 0.0, 0.0, 0.0
         constant = self._problem.moves[-1][0]
         t = self._problem.steps
         while t > 0:
             t -= 1
             value, outside = self.step(value, outside, t)
+            value = self._raised(value, self._problem.steps - t)
             result = self._at(value, start, deviation)
-            if t >= constant and result - best < STILL and result > 1.0:
+            if not whole and t >= constant and result - best < STILL and result > 1.0:
                 t = min(t, constant)  # more steps to go do not lower the value
             best = result if t >= constant else 0.0
         return result, value
@@ -120,6 +139,23 @@ class SoloGrid:
         best[self.left(corners)] = np.minimum(best[self.left(corners)], rim)
         ceiling = problem.leave
         return np.minimum(ceiling, 1.0 + best) - slack, min(ceiling, 1.0 + rim) - slack
+
+    def _raised(self, value: np.ndarray, togo: int) -> np.ndarray:
+        """Return the table, with the bound far from the region where that is higher."""
+        from scipy.ndimage import binary_erosion
+
+        problem, b = self._problem, SHARPNESS
+        x, y = (axis.nodes for axis in problem.axes)
+        sigma = np.array([axis.sigma for axis in problem.axes])
+        around = np.ones((3, 3 if self._spacing[1] > 0.0 else 1), dtype=bool)
+        ends = np.exp(-b * togo) + np.exp(-b * problem.leave)
+        for pull, short in zip(problem.pulls, problem.short, strict=True):
+            steps = short - np.add.outer(pull[0] * x, pull[1] * y)
+            bound = -np.log(np.exp(-b * steps) + ends) / b
+            bound -= togo * b * float((pull**2) @ sigma**2) / 8 + ROUNDING
+            chosen = binary_erosion(bound > value, around, border_value=1)
+            value = np.where(chosen, bound, value)
+        return value
 
     def _at(self, value: np.ndarray, start: np.ndarray, deviation: np.ndarray) -> float:
         """Return the expectation over the start; starts off the grid or in the region count 0."""
