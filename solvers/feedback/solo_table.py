@@ -12,7 +12,8 @@ from ppg_env.game.agent import Agent
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.polytope import Polytope
 from solvers.feedback.gaussian_axis import Axis, NoAxis
-from solvers.feedback.solo_grid import FAR, SoloGrid, SoloProblem
+from solvers.feedback.grid_rim import FAR, SoloProblem
+from solvers.feedback.solo_grid import SoloGrid
 
 NODES_PER_DEVIATION = 4.0
 """Nodes of the grid per standard deviation of one step's noise."""
