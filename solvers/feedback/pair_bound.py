@@ -16,7 +16,7 @@ between the linear terms and the costs that both have alone (:mod:`solvers.feedb
 
 This holds while the noise stays within some deviations of its law up to each time; the rest has a
 small probability, whose share of L is subtracted.  Of K a box inside counts, at the time
-steps only.  What happens after t* is not in the bound, nor what both need besides D.
+steps only.  What happens after t* is not in the bound, nor what both need apart from D.
 """
 
 from __future__ import annotations

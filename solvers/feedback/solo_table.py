@@ -49,7 +49,7 @@ def solo_table(
     """Return the table of a ``block`` of components with ``steps`` to go.
 
     ``leave`` is the cost of leaving at once; ``cover`` are lowest and highest positions of
-    interest besides those on the way.
+    interest other than those on the way.
     """
     chosen = list(block)
     controls = [(first, control) for first, control in pieces(agent.control) if first < steps]

@@ -82,6 +82,7 @@ def test_an_agent_at_its_goal_costs_nothing_and_one_on_schedule_its_time() -> No
     assert solo_lower_bound(line(), 0, Rules(saturation="none")) == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_a_double_integrator_needs_at_least_as_many_steps_as_without_noise() -> None:
     agent = Agent(
         start=np.zeros(2),
