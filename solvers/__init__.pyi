@@ -4,6 +4,15 @@ from .equilibrium.certificate import Certificate as Certificate
 from .equilibrium.certificate import certify as certify
 from .equilibrium.enumeration import Equilibrium as Equilibrium
 from .equilibrium.enumeration import collect_equilibria as collect_equilibria
+from .feedback.deviations import Deviation as Deviation
+from .feedback.deviations import feedback_deviation as feedback_deviation
+from .feedback.dynamic_programming import best_feedback_response as best_feedback_response
+from .feedback.dynamic_programming import feedback_equilibrium as feedback_equilibrium
+from .feedback.dynamic_programming import feedback_optimum as feedback_optimum
+from .feedback.feedback_solution import FeedbackSolution as FeedbackSolution
+from .feedback.player import FeedbackPlayer as FeedbackPlayer
+from .feedback.policy_file import read_feedback as read_feedback
+from .feedback.policy_file import write_feedback as write_feedback
 from .feedback.receding_horizon import RecedingHorizon as RecedingHorizon
 from .feedback.receding_horizon import receding_horizon as receding_horizon
 from .optimum.joint import potential_equilibrium as potential_equilibrium
