@@ -22,6 +22,7 @@ TITLES = {
     "sweep": "Sweeps",
     "risk": "Crash probabilities, on one core",
     "motion": "Plans that hold between steps, on one core",
+    "feedback": "Feedback policies of two agents",
 }
 SUITES = {
     "planning": "benchmarks.speed.planning",
@@ -32,6 +33,7 @@ SUITES = {
     "sweep": "benchmarks.speed.sweeps",
     "risk": "benchmarks.speed.risk",
     "motion": "benchmarks.speed.motion",
+    "feedback": "benchmarks.speed.feedback",
 }
 
 
@@ -43,7 +45,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning, many agents, the environment, PPO, sweeps, risks, or plans in motion."""
+    """Measure planning, many agents, the environment, PPO, sweeps, risks, motion or feedback."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))

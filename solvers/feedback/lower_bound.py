@@ -8,7 +8,8 @@ to it, and an agent that is not removed pays for crashes and goes on.  Hence, fo
     cost_i >= solo_i,     sum_i cost_i >= sum_i solo_i,     regret_i <= cost_i - solo_i.
 
 What the agents lose to each other is not in these bounds: they are close where agents pass at
-ease, and loose where they meet.
+ease, and loose where they meet.  For two agents in the plane :mod:`solvers.feedback.pair_bound`
+adds what a detour or a crash costs them before one can arrive.
 
 ``solo_i`` is bounded from below on a grid (:mod:`solvers.feedback.solo_grid`) of one or two state
 components.  Larger states are relaxed: any components whose motion does not depend on the others
@@ -131,7 +132,8 @@ def _least_effort(agent: Agent, count: int, tolerance: np.ndarray) -> float | No
     from scipy.optimize import linprog
 
     n, m, g = agent.state_dim, agent.control_dim, agent.goal.size
-    power, effects = np.eye(n), []
+    effects: list[np.ndarray] = []
+    power = np.eye(n)
     for _ in range(count):
         effects.insert(0, (power @ agent.B)[:g])
         power = power @ agent.A

@@ -23,18 +23,22 @@ A table v stands for the lower bound of V that is bilinear between nodes.  It is
 * effort counts by its tangents q u <= |u|_1, each with a minimum of its own;
 * outside the grid one number bounds V: 1 plus the least value of a rim from which, or from outside,
   a step can end; nodes that can be left have at most that value;
+* where the inputs move the state of A = I by l B u <= 1 at most, with s the number of steps that
+  l x is short of the region and k those to go, for any b > 0
+
+      V >= -1/b log(exp(-b s) + exp(-b k) + exp(-b leave)) - k b Var(l w) / 8,
+
+  by concavity; nodes take this where all their neighbours gain by it, most of them near the rim;
 * ``ROUNDING`` is subtracted at every step.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
 from solvers.feedback import polygon_minimum as compiled
-from solvers.feedback.gaussian_axis import ABSOLUTE_HERMITE, Axis, NoAxis
+from solvers.feedback.gaussian_axis import ABSOLUTE_HERMITE
+from solvers.feedback.grid_rim import Rim, SoloProblem
 
 WINDOW = 7.0
 """Deviations within which the oscillation of V is taken; the rest adds ``BEYOND`` of its range."""
@@ -42,38 +46,14 @@ WINDOW = 7.0
 BEYOND = 1e-7
 """Integral of |He_j He_k|, j + k <= 4, times the density, beyond ``WINDOW`` deviations: a bound."""
 
-FAR = 9.0
-"""Noise beyond so many deviations has a probability below 1e-18, which ``ROUNDING`` covers."""
-
 ROUNDING = 1e-9
 """Subtracted from each value at each step, times one plus the largest value."""
 
+SHARPNESS = 0.5
+"""The b of the bound far from the region."""
+
 STILL = 1e-6
 """Values of a constant problem that grow by less than this in a step are final."""
-
-
-@dataclass(frozen=True, eq=False)
-class SoloProblem:
-    """One agent alone, in units of the cost of a step.
-
-    Attributes
-    ----------
-    A : (2, 2) dynamics; on a line, the second row and column are zero.
-    moves : the corners (V, 2) of B U and the first step from which that set holds, in order.
-    slopes : (K, 2) tangents q of the effort, q B u <= f |u|_1.
-    axes : the grid.
-    leave : cost of leaving at once.
-    steps : largest number of steps.
-    inside : value in the region, zero for arrival.
-    """
-
-    A: np.ndarray
-    moves: tuple[tuple[int, np.ndarray], ...]
-    slopes: np.ndarray
-    axes: tuple[Axis, Axis | NoAxis]
-    leave: float
-    steps: int
-    inside: float = 0.0
 
 
 class SoloGrid:
@@ -81,26 +61,25 @@ class SoloGrid:
 
     def __init__(self, problem: SoloProblem) -> None:
         self._problem = problem
-        x, y = problem.axes
-        self._spacing = np.array([x.spacing, 0.0 if isinstance(y, NoAxis) else y.spacing])
-        self._shape = x.count, y.count
-        self._region = np.zeros(self._shape, dtype=bool)
-        spans = [
-            slice(None) if axis.region is None else slice(axis.region[0], axis.region[1] + 1)
-            for axis in problem.axes
-        ]
-        self._region[tuple(spans)] = True
+        self.rim = Rim(problem)
+        self._spacing, self._shape, self._region = problem.spacing, problem.shape, problem.region
 
-    def solve(self, start: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the bound from a start N(``start``, diag ``deviation``^2), and the table."""
+    def solve(
+        self, start: np.ndarray, deviation: np.ndarray, *, whole: bool = False
+    ) -> tuple[float, np.ndarray]:
+        """Return the bound from a start N(``start``, diag ``deviation``^2), and the table.
+
+        With ``whole`` all steps are computed, not only those that matter at the start.
+        """
         value, outside, best, result = np.zeros(self._shape), 0.0, 0.0, 0.0
         constant = self._problem.moves[-1][0]
         t = self._problem.steps
         while t > 0:
             t -= 1
             value, outside = self.step(value, outside, t)
+            value = self._raised(value, self._problem.steps - t)
             result = self._at(value, start, deviation)
-            if t >= constant and result - best < STILL and result > 1.0:
+            if not whole and t >= constant and result - best < STILL and result > 1.0:
                 t = min(t, constant)  # more steps to go do not lower the value
             best = result if t >= constant else 0.0
         return result, value
@@ -113,13 +92,30 @@ class SoloGrid:
         best = np.full(self._shape, -np.inf)
         for slope in problem.slopes:
             np.maximum(best, self.least(within, corners, slope), out=best)
-        rim = min(outside, float(value[self._entered(corners)].min(initial=np.inf)))
-        if self._reachable(corners):
+        rim = min(outside, float(value[self.rim.entered(corners)].min(initial=np.inf)))
+        if self.rim.reachable(corners):
             rim = min(rim, 0.0)
         slack = ROUNDING * (1.0 + float(value.max()))
-        best[self.left(corners)] = np.minimum(best[self.left(corners)], rim)
+        best[self.rim.left(corners)] = np.minimum(best[self.rim.left(corners)], rim)
         ceiling = problem.leave
         return np.minimum(ceiling, 1.0 + best) - slack, min(ceiling, 1.0 + rim) - slack
+
+    def _raised(self, value: np.ndarray, togo: int) -> np.ndarray:
+        """Return the table, with the bound far from the region where that is higher."""
+        from scipy.ndimage import binary_erosion
+
+        problem, b = self._problem, SHARPNESS
+        x, y = (axis.nodes for axis in problem.axes)
+        sigma = np.array([axis.sigma for axis in problem.axes])
+        around = np.ones((3, 3 if self._spacing[1] > 0.0 else 1), dtype=bool)
+        ends = np.logaddexp(-b * togo, -b * problem.leave)
+        for pull, short in zip(problem.pulls, problem.short, strict=True):
+            steps = short - np.add.outer(pull[0] * x, pull[1] * y)
+            bound = -np.logaddexp(-b * steps, ends) / b
+            bound -= togo * b * float((pull**2) @ sigma**2) / 8 + ROUNDING
+            chosen = binary_erosion(bound > value, around, border_value=1)
+            value = np.where(chosen, bound, value)
+        return value
 
     def _at(self, value: np.ndarray, start: np.ndarray, deviation: np.ndarray) -> float:
         """Return the expectation over the start; starts off the grid or in the region count 0."""
@@ -211,59 +207,10 @@ class SoloGrid:
         A, polygon = self._problem.A, np.ascontiguousarray(corners / spacing)
         tilted = within + np.add.outer(slope[0] * x.nodes, slope[1] * y.nodes)
         result = np.empty(self._shape)
-        if self._still():
+        if self._problem.still:
             compiled.minima_at_fixed_offsets(tilted, polygon, result)
         else:
             origin, step = (A @ low - low) / spacing, A * spacing / spacing[:, None]
             compiled.minima_at_images(tilted, polygon, origin, step, result)
         pull = A.T @ slope
         return result - np.add.outer(pull[0] * x.nodes, pull[1] * y.nodes)
-
-    def _still(self) -> bool:
-        size = 2 if self._spacing[1] > 0.0 else 1
-        return bool(np.array_equal(self._problem.A[:size, :size], np.eye(size)))
-
-    @cached_property
-    def _ends(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest position on the grid; a coordinate that is not there has no ends."""
-        axes = self._problem.axes
-        low, high = (np.array([axis.nodes[k] for axis in axes]) for k in (0, -1))
-        absent = self._spacing == 0.0
-        return np.where(absent, -np.inf, low), np.where(absent, np.inf, high)
-
-    def _leaves(self, M: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Return whether some point of M x + [low, high] is off the grid, at every node x."""
-        x, y = (axis.nodes for axis in self._problem.axes)
-        rim = 3 * self._spacing
-        off = np.zeros(self._shape, dtype=bool)
-        for a in range(2):
-            place = np.add.outer(M[a, 0] * x, M[a, 1] * y)
-            off |= place + low[a] - rim[a] < self._ends[0][a]
-            off |= place + high[a] + rim[a] > self._ends[1][a]
-        return off
-
-    def left(self, corners: np.ndarray) -> np.ndarray:
-        """Return the nodes from which a decision leads off the grid."""
-        return self._leaves(self._problem.A, corners.min(axis=0), corners.max(axis=0))
-
-    def _entered(self, corners: np.ndarray) -> np.ndarray:
-        """Return the nodes that a step from outside, or noise alone, can enter."""
-        size = 2 if self._spacing[1] > 0.0 else 1
-        block = self._problem.A[:size, :size]
-        noise = FAR * np.array([axis.sigma for axis in self._problem.axes])
-        near = self._leaves(np.eye(2), -noise, noise)
-        if np.linalg.cond(block) > 1e8:
-            return np.ones(self._shape, dtype=bool)
-        back = np.zeros((2, 2))
-        back[:size, :size] = np.linalg.inv(block)
-        ends = np.array([-noise - corners.max(axis=0), noise - corners.min(axis=0)])
-        spans = np.sort(back[:, :, None] * ends.T[None, :, :], axis=2).sum(axis=1)
-        return near | self._leaves(back, spans[:, 0], spans[:, 1])
-
-    def _reachable(self, corners: np.ndarray) -> bool:
-        """Return whether a step from outside may arrive."""
-        unbounded = any(
-            axis.region is None and self._spacing[a] > 0.0
-            for a, axis in enumerate(self._problem.axes)
-        )
-        return unbounded or bool((self._region & self._entered(corners)).any())

@@ -12,7 +12,8 @@ from ppg_env.game.agent import Agent
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.polytope import Polytope
 from solvers.feedback.gaussian_axis import Axis, NoAxis
-from solvers.feedback.solo_grid import FAR, SoloGrid, SoloProblem
+from solvers.feedback.grid_rim import FAR, SoloProblem
+from solvers.feedback.solo_grid import SoloGrid
 
 NODES_PER_DEVIATION = 4.0
 """Nodes of the grid per standard deviation of one step's noise."""
@@ -43,11 +44,12 @@ def solo_table(
     tolerance: np.ndarray,
     *,
     leave: float,
-    wider: tuple[float, ...] = (1.0, 1.0),
+    cover: tuple[tuple[float, float], ...] = (),
 ) -> SoloTable:
     """Return the table of a ``block`` of components with ``steps`` to go.
 
-    ``leave`` is the cost of leaving at once; ``wider`` stretches the margins of the grid.
+    ``leave`` is the cost of leaving at once; ``cover`` are lowest and highest positions of
+    interest other than those on the way.
     """
     chosen = list(block)
     controls = [(first, control) for first, control in pieces(agent.control) if first < steps]
@@ -69,7 +71,7 @@ def solo_table(
         tuple(tolerance[k] if k < agent.goal.size else 0.0 for k in block),
         unit,
         steps,
-        wider,
+        cover,
     )
 
 
@@ -85,14 +87,15 @@ def _table(
     tolerance: tuple[float, ...],
     leave: float,
     steps: int,
-    wider: tuple[float, ...],
+    cover: tuple[tuple[float, float], ...],
 ) -> SoloTable:
     """Return the table; games that differ in lam alone share it."""
     sets = tuple((first, np.array(corners)) for first, corners in moves)
-    axes = _axes(np.array(A), sets, start, deviation, goal, sigma, tolerance, steps, wider)
-    problem = SoloProblem(np.array(A), sets, np.array(slopes), axes, leave, steps)
+    axes = _axes(np.array(A), sets, start, deviation, goal, sigma, tolerance, steps, cover)
+    pulls, short = _pulls(np.array(A), sets, goal, tolerance)
+    problem = SoloProblem(np.array(A), sets, np.array(slopes), axes, leave, steps, pulls, short)
     size = [*start, 0.0][:2], [*deviation, 0.0][:2]
-    bound, value = SoloGrid(problem).solve(*map(np.array, size))
+    bound, value = SoloGrid(problem).solve(*map(np.array, size), whole=bool(cover))
     return SoloTable(bound, axes, value)
 
 
@@ -105,16 +108,20 @@ def _axes(
     sigma: Sequence[float],
     tolerance: Sequence[float],
     steps: int,
-    wider: Sequence[float],
+    cover: Sequence[tuple[float, float]],
 ) -> tuple[Axis, Axis | NoAxis]:
-    """Return a grid on which it does not pay to walk to the rim: half of the way plus a rim."""
+    """Return a grid that covers the way, with margins that make the rim unattractive."""
     corners = np.vstack([points for _, points in sets])
-    travel = _travel(A, corners, start, goal, steps)
+    size = len(start)
+    if np.array_equal(A[:size, :size], np.eye(size)):
+        travel = np.abs(corners).max(axis=0)
+    else:
+        travel = _travel(A, corners, start, goal, steps)
     spans = []
     for a, centre in enumerate(start):
-        ends = [centre, centre if goal[a] is None else goal[a]]
+        ends = [centre, centre if goal[a] is None else goal[a], *(cover[a] if cover else ())]
         rim = FAR * sigma[a] + float(np.abs(corners[:, a]).max()) + FAR * deviation[a]
-        far = wider[a] * travel[a] + rim
+        far = travel[a] + rim
         spans.append((min(ends) - far, max(ends) + far))
     spacing = [s / NODES_PER_DEVIATION for s in sigma]
     count = float(
@@ -126,6 +133,28 @@ def _axes(
         for a, span in enumerate(spans)
     ]
     return axes[0], axes[1] if len(axes) > 1 else NoAxis()
+
+
+def _pulls(
+    A: np.ndarray,
+    sets: Sequence[tuple[int, np.ndarray]],
+    goal: Sequence[float | None],
+    tolerance: Sequence[float],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return vectors l (K, 2), of which no input gains more than 1, and the steps short at zero."""
+    size = len(goal)
+    corners = np.vstack([points for _, points in sets])
+    directions = np.zeros((0, 2))
+    if np.array_equal(A[:size, :size], np.eye(size)):
+        directions = np.array([[1.0, 0.0], [-1.0, 0.0]])
+        if size == 2 and len(sets[0][1]) > 2:
+            directions = Polytope("vertices", (sets[0][1],)).normals
+    gains = (directions @ corners.T).max(axis=1)
+    pulls = directions[gains > 0] / gains[gains > 0, None]
+    aim = np.array([np.nan if g is None else g for g in goal])
+    pulls = pulls[[not np.isnan(aim[np.flatnonzero(pull[:size])]).any() for pull in pulls]]
+    aim = np.concatenate([np.nan_to_num(aim), np.zeros(2 - size)])
+    return pulls, pulls @ aim - np.abs(pulls) @ np.pad(tolerance, (0, 2 - size))
 
 
 def make_axis(

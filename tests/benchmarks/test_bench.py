@@ -49,3 +49,12 @@ def test_crash_probabilities_are_timed(ppg):
     for part in ("exact, a plan of two agents", "rate of drawing", "rare at 1e-9", "splitting"):
         assert part in text
     assert all(row["value"] > 0 for row in rows)
+
+
+@pytest.mark.slow
+def test_feedback_policies_are_measured(ppg):
+    rows = ppg("bench", "feedback", "--quick", "--json").json["measurements"]
+    text = " ".join(row["what"] for row in rows)
+    for part in ("best response to a learned player", "feedback optimum", "decisions per second"):
+        assert part in text
+    assert all(row["value"] > 0 for row in rows if "gain" not in row["what"])

@@ -9,7 +9,7 @@ import pytest
 
 from ppg_env import Agent, Game, Polytope, make_game
 from ppg_env.env.episodes import evaluate
-from ppg_env.env.players import GoToGoal
+from ppg_env.env.players import GoToGoal, View
 from ppg_env.env.rules import Rules
 from solvers.feedback.lower_bound import social_lower_bound, solo_lower_bound
 
@@ -20,7 +20,7 @@ def line(start: float = 0.0, **changes: object) -> Game:
     agent = Agent(
         start=np.array([start]), goal=np.array([20.0]), shape=Polytope.box([1.0]), **options
     )
-    return Game((agent,), horizon=12, objective="risk", crash_cost=options.pop("kappa", 100.0))
+    return Game((agent,), horizon=12, objective="risk", crash_cost=100.0)
 
 
 def value_on_a_line(start: float, tolerance: float, leave: float, steps: int) -> float:
@@ -82,6 +82,7 @@ def test_an_agent_at_its_goal_costs_nothing_and_one_on_schedule_its_time() -> No
     assert solo_lower_bound(line(), 0, Rules(saturation="none")) == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_a_double_integrator_needs_at_least_as_many_steps_as_without_noise() -> None:
     agent = Agent(
         start=np.zeros(2),
@@ -99,6 +100,56 @@ def test_a_double_integrator_needs_at_least_as_many_steps_as_without_noise() -> 
     bound, certain = (solo_lower_bound(g, 0, rules) for g in (game, still))
     assert certain == pytest.approx(0.5 * 5)  # t^2 / 2 >= 11
     assert 0.85 * certain <= bound <= certain + 0.5
+
+
+def meeting(**changes: object) -> Game:
+    """Two agents with coarse noise that meet half-way, far from their goals."""
+    options = {"control": Polytope.l1(10.0), "noise": 9.0, "lam": 0.8, "gain": 0.5} | changes
+    agents = [
+        Agent(
+            start=np.array(start), goal=np.array(goal), shape=Polytope.box([20.0, 20.0]), **options
+        )
+        for start, goal in (([0.0, 0.0], [110.0, 0.0]), ([110.0, 0.0], [0.0, 0.0]))
+    ]
+    return Game(tuple(agents), horizon=15, objective="risk")
+
+
+@pytest.mark.slow
+def test_agents_that_meet_lose_more_than_they_need_alone_and_no_player_is_below() -> None:
+    game = meeting()
+    alone = 2 * solo_lower_bound(game, 0)
+    both = social_lower_bound(game)
+    assert both >= alone + 0.5
+    for players in ([GoToGoal(game, 0), GoToGoal(game, 1)], [Aside(game, 0), Aside(game, 1)]):
+        cost = evaluate(game, players, 4096).summary().cost_mean
+        assert both / 2 <= cost.high
+
+
+@pytest.mark.slow
+def test_agents_that_never_meet_need_what_they_need_alone() -> None:
+    game = meeting()
+    apart = replace(game.agents[1], start=np.array([110.0, 300.0]), goal=np.array([0.0, 300.0]))
+    far = replace(game, agents=(game.agents[0], apart))
+    alone = sum(solo_lower_bound(far, i) for i in range(2))
+    assert social_lower_bound(far) == pytest.approx(alone, abs=1e-9)
+
+
+class Aside:
+    """Goes straight, and aside while the other is ahead and near its lane."""
+
+    information = "full state"
+
+    def __init__(self, game: Game, agent: int) -> None:
+        self._agent, self._way = agent, GoToGoal(game, agent)
+
+    def act(self, view: View) -> np.ndarray:
+        own, other = view.state[:, self._agent], view.state[:, 1 - self._agent]
+        side = 1.0 if self._agent else -1.0
+        gap = side * (own[:, 1] - other[:, 1])
+        ahead = (1 - 2 * self._agent) * (other[:, 0] - own[:, 0])
+        dodge = (ahead > -20.0) & (ahead < 80.0) & (gap < 26.0) & view.in_traffic.all(axis=1)
+        aside = np.array([2.0 - 4.0 * self._agent, 8.0 * side])
+        return np.where(dodge[:, None], aside, self._way.act(view))
 
 
 @pytest.mark.slow
