@@ -62,8 +62,8 @@ TOPICS: dict[str, dict[str, str]] = {
         **SHARED,
     },
     "regret": {
-        "regret from": "What the agent gains by the best deviation found, in its expected cost; the "
-        "others play on unchanged. An estimate of a lower bound: a better deviation may exist.",
+        "regret from": "What the agent gains by the best deviation found, in its expected cost; "
+        "the others play on unchanged. An estimate of a lower bound: a better deviation may exist.",
         "to": "Upper bound: the upper limit of the agent's expected cost, less a proved bound on "
         "what it costs at least if it were alone.",
         "gain grid": "Gain of the best response by dynamic programming on a grid of the joint "
@@ -81,7 +81,7 @@ TOPICS: dict[str, dict[str, str]] = {
         "no players have less": "Proved lower bound on the mean of all agents' expected costs, "
         "whatever the players do and see.",
         "gain of a best response": "What the agent saves by a best response that is computed on a "
-        "finer grid, simulated with the same noise: a lower bound on its regret, with its interval; "
+        "finer grid, simulated with the same noise: a lower bound on its regret; "
         "negative if its own policy is the better one.",
         **SHARED,
     },

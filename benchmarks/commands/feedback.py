@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -101,15 +103,20 @@ def _solve(game: Game, grid: GridOptions) -> FeedbackSolution:
     from solvers.feedback.dynamic_programming import feedback_equilibrium, feedback_optimum
 
     with bar(f"feedback {grid.kind}, stages", Rules().steps(game)) as advance:
-        limits = {
-            "step": grid.step,
-            "memory_limit": grid.memory * 1e9,
-            "time_limit": grid.time_limit,
-            "progress": lambda _done, _total: advance(1),
-        }
-        if grid.kind == "social":
-            return feedback_optimum(game, **limits)
-        return feedback_equilibrium(game, start=grid.start, **limits)
+        nash = partial(feedback_equilibrium, start=grid.start)
+        solve = feedback_optimum if grid.kind == "social" else nash
+        return solve(
+            game,
+            step=grid.step,
+            memory_limit=grid.memory * 1e9,
+            time_limit=grid.time_limit,
+            progress=_each(advance),
+        )
+
+
+def _each(advance: Callable[[int], None]) -> Callable[[int, int], None]:
+    """Return a function that is called after each stage and advances a bar by one."""
+    return lambda _done, _total: advance(1)
 
 
 def _gains(
@@ -130,7 +137,7 @@ def _gains(
                 seed=seed,
                 memory_limit=2 * grid.memory * 1e9,  # a finer grid
                 time_limit=grid.time_limit,
-                progress=lambda _done, _total, count=advance: count(1),
+                progress=_each(advance),
             )
         gains.append(deviation.gain)
     return gains

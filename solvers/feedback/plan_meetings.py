@@ -27,7 +27,7 @@ evaded when it comes."""
 class Meetings(NamedTuple):
     """Encounters, and what a crash costs.
 
-    dim d; pair, normals, offsets, first_face, path, obstacle_times, swept, stay, crash_cost: as in
+    dim d; pair, normals, offsets, path, obstacle_times, swept, stay, crash_cost: as in
     :class:`ppg_env.env.arrays.Tables`;
     deviations (L + 1, faces) of displacements along the faces;
     opposite (faces,): the parallel face on the other side, -1 without one; box (E,) whether the
@@ -39,7 +39,6 @@ class Meetings(NamedTuple):
     pair: np.ndarray
     normals: np.ndarray
     offsets: np.ndarray
-    first_face: np.ndarray
     path: np.ndarray
     obstacle_times: np.ndarray
     swept: bool
@@ -55,7 +54,7 @@ def make_meetings(game: Game, tables: Tables) -> Meetings:
     """Return the arrays about encounters."""
     deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)]
     return Meetings(
-        **{key: getattr(tables, key) for key in Meetings._fields[1:10]},
+        **{key: getattr(tables, key) for key in Meetings._fields[1:9]},
         dim=game.dim,
         deviations=np.concatenate(deviations, axis=1),
         opposite=_opposite(tables),
@@ -94,7 +93,7 @@ def _deviations(game: Game, encounter: Encounter) -> np.ndarray:
 def _opposite(tables: Tables) -> np.ndarray:
     """Return (faces,) the face of the same encounter with the opposite normal."""
     result = np.full(len(tables.normals), -1, dtype=np.int64)
-    for first, last in zip(tables.first_face[:-1], tables.first_face[1:], strict=True):
+    for first, last in {(first, last) for _, _, first, last in tables.pair.tolist()}:
         normals = tables.normals[first:last]
         facing = normals @ normals.T < -1 + 1e-12
         rows = np.flatnonzero(facing.any(axis=1))

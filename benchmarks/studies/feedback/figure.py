@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from benchmarks.figures import new_figure
 from benchmarks.studies.feedback.data import (
     KINDS,
@@ -81,13 +79,12 @@ def _panel(
     """Draw the curves of one scenario and speed set."""
     here = {key[2]: rows for key, rows in games.items() if key[:2] == place}
     for name in SELFISH if what == "regret" else PLAYERS:
-        points = [(lam, _value(rows, name, what)) for lam, rows in here.items() if name in rows]
-        points = [(lam, value) for lam, value in points if value is not None]
-        if points:
+        values = {lam: _value(rows, name, what) for lam, rows in here.items() if name in rows}
+        drawn = {lam: value for lam, value in values.items() if value is not None}
+        if drawn:
             colour, line, marker = STYLES[name]
-            (handles[name],) = axes.plot(
-                *np.transpose(points), line, marker=marker, markersize=3.5, color=colour, lw=1.1
-            )
+            style = {"marker": marker, "markersize": 3.5, "color": colour, "linewidth": 1.1}
+            (handles[name],) = axes.plot(list(drawn), list(drawn.values()), line, **style)
     if what == "risk":
         axes.set_yscale("log")
     if what == "cost":
