@@ -9,7 +9,8 @@ y + w is linear in f; its weights are sums of truncated normal moments, without 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ppg_env.support.compilation import njit
 
 TAPS = np.array(
     [[0.0, -0.5, 1.0, -0.5], [1.0, 0.0, -2.5, 1.5], [0.0, 0.5, 2.0, -1.5], [0.0, 0.0, -0.5, 0.5]]

@@ -6,8 +6,9 @@ Arguments are as in :mod:`solvers.feedback.stage_kernels`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from ppg_env.support.compilation import njit
 from solvers.feedback.stage_kernels import best_move, is_near, overlap
 
 EQUILIBRIUM, ENUMERATED, NONE = range(3)

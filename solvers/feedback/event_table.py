@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ppg_env.game.polytope import Polytope
+from ppg_env.support.compilation import njit
 from solvers.feedback.grid import AXES, padded
 from solvers.feedback.sharp_events import overlap_probability, swept_probability
 

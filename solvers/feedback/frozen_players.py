@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ppg_env.env.arrays import make_tables
 from ppg_env.env.observation import observation_size, write_observations
@@ -11,6 +10,7 @@ from ppg_env.env.players import Player, View
 from ppg_env.env.rules import Rules
 from ppg_env.env.status import TRAFFIC
 from ppg_env.game.game import Game
+from ppg_env.support.compilation import njit
 
 CHUNK = 1 << 15
 """States for which a player is asked at once."""

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from ppg_env.env.projection import project_on_faces
 from ppg_env.game.agent import Agent
 from ppg_env.game.input_sets import bounds
 from ppg_env.game.polytope import Polytope
+from ppg_env.support.compilation import njit
 from solvers.feedback.cubic import keys_weights
 from solvers.feedback.grid import AXES, Grid, padded
 

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import square_root
+from ppg_env.support.compilation import njit
 from solvers.feedback.cubic import gaussian_weights, keys_weights
 from solvers.feedback.grid import AXES, Grid
 

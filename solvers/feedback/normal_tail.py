@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import erfc, sqrt
 
 import numpy as np
-from numba import njit
+
+from ppg_env.support.compilation import njit
 
 NODES = 64
 """Entries per deviation of the table, which goes from -FAR to FAR deviations."""

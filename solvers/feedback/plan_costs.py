@@ -7,8 +7,7 @@ plans now.
 
 from __future__ import annotations
 
-from numba import njit
-
+from ppg_env.support.compilation import njit
 from solvers.feedback.plan_risk import meeting_risk
 
 
@@ -17,7 +16,7 @@ def pair_risk(g, e, first, second, first_alive, second_alive, steps):
     """Return the crash probability of encounter ``e`` for the means of its bodies."""
     return meeting_risk(
         first, second, first_alive, second_alive, steps, g.swept, g.stay, g.dim, g.normals,
-        g.offsets, g.first_face[e], g.first_face[e + 1], g.opposite, g.box[e],
+        g.offsets, g.pair[e, 2], g.pair[e, 3], g.opposite, g.box[e],
         g.deviations, g.tail,
     )  # fmt: skip
 
@@ -61,7 +60,7 @@ def add_fixed(g, social, lam, i, bodies, bodies_alive, steps, means, alive):
     """Return the expected cost of crashes of agent i with bodies that do not plan."""
     N, cost = lam.size, 0.0
     for e in range(g.pair.shape[0]):
-        one, two = g.pair[e]
+        one, two = g.pair[e, 0], g.pair[e, 1]
         if two == i:
             if steps[one] and one < N:
                 risk = pair_risk(g, e, bodies[one], means, bodies_alive[one], alive,
@@ -82,7 +81,7 @@ def crash_cost(g, social, lam, i, c, skipped, moving, chosen, means, alive, boun
     """
     cost, L = 0.0, means.shape[2] - 1
     for e in range(g.pair.shape[0]):
-        one, two = g.pair[e]
+        one, two = g.pair[e, 0], g.pair[e, 1]
         other = two if one == i else one
         if (one != i and two != i) or not 0 <= other < lam.size:
             continue

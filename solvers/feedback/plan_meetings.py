@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ppg_env.env.arrays import Tables
+from ppg_env.env.encounter_tables import encounter_kinds
 from ppg_env.game.agent import Agent
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
@@ -52,7 +53,8 @@ class Meetings(NamedTuple):
 
 def make_meetings(game: Game, tables: Tables) -> Meetings:
     """Return the arrays about encounters."""
-    deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in game.encounters)]
+    samples = encounter_kinds(game)[1]
+    deviations = [np.zeros((game.horizon + 1, 0)), *(_deviations(game, e) for e in samples)]
     return Meetings(
         **{key: getattr(tables, key) for key in Meetings._fields[1:9]},
         dim=game.dim,

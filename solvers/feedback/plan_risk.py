@@ -9,8 +9,7 @@ that is best at both of its ends.
 
 from __future__ import annotations
 
-from numba import njit
-
+from ppg_env.support.compilation import njit
 from solvers.feedback.normal_tail import normal_below
 
 

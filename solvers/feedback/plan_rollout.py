@@ -6,9 +6,8 @@ goes on with those inputs or heads for its arrival region.
 
 from __future__ import annotations
 
-from numba import njit
-
 from ppg_env.env.projection import project_on_faces
+from ppg_env.support.compilation import njit
 from solvers.feedback.normal_tail import normal_below
 
 GO, KEEP, TRACK = range(3)

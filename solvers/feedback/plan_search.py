@@ -13,8 +13,8 @@ Otherwise agents take turns to respond to the others' plans with their own cost.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ppg_env.support.compilation import njit
 from solvers.feedback.plan_costs import add_fixed, crash_cost, fixed_bodies, pair_risk, price
 from solvers.feedback.plan_risk import meeting_risk
 from solvers.feedback.plan_rollout import GO, KEEP, TRACK, roll
@@ -54,7 +54,7 @@ def respond(g, social, lam, i, moving, chosen, means, alive, base):
 @njit(cache=True)
 def choose_together(g, lam, e, moving, chosen, means, alive, base):
     """Choose the pair of candidates of the agents of encounter ``e`` with the least social cost."""
-    i, j = g.pair[e]
+    i, j = g.pair[e, 0], g.pair[e, 1]
     L, weight = means.shape[2] - 1, price(g, True, lam, i, j)
     alone = np.empty((2, base.shape[1]))
     for c in range(base.shape[1]):
@@ -67,7 +67,7 @@ def choose_together(g, lam, e, moving, chosen, means, alive, base):
                      alive[j, second], L)  # fmt: skip
     best = alone[0, first] + alone[1, second] + weight * risk
     # Locals: each use of a field of a tuple counts references.
-    normals, offsets, start, stop = g.normals, g.offsets, g.first_face[e], g.first_face[e + 1]
+    normals, offsets, start, stop = g.normals, g.offsets, g.pair[e, 2], g.pair[e, 3]
     opposite, box, deviations, tail = g.opposite, g.box[e], g.deviations, g.tail
     swept, stay, d = g.swept, g.stay, g.dim
     orders = np.argsort(alone[0]), np.argsort(alone[1])
@@ -95,7 +95,7 @@ def choose(g, social, lam, moving, chosen, means, alive, base):
         chosen[i] = 0
     if social:
         for e in range(g.pair.shape[0]):
-            i, j = g.pair[e]
+            i, j = g.pair[e, 0], g.pair[e, 1]
             if not 0 <= j < N or not moving[i] or not moving[j]:
                 continue
             a, b = np.argmin(base[i]), np.argmin(base[j])

@@ -23,7 +23,8 @@ from __future__ import annotations
 from math import atan2, ceil, erfc, exp, hypot, inf, pi, sqrt
 
 import numpy as np
-from numba import njit
+
+from ppg_env.support.compilation import njit
 
 REACH = 8.6
 """Distances beyond it are infinite: exp(-REACH^2 / 2) is below 1e-16."""

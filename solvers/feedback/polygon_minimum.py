@@ -12,7 +12,8 @@ from __future__ import annotations
 from math import ceil, floor, inf
 
 import numpy as np
-from numba import njit
+
+from ppg_env.support.compilation import njit
 
 SLACK = 1e-9
 """Nodes that are outside the polygon by so little count as inside, which lowers the minimum."""

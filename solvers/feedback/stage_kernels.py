@@ -20,8 +20,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from ppg_env.support.compilation import njit
 from solvers.feedback.cubic import keys_weights
 from solvers.feedback.event_table import chance
 
