@@ -5,7 +5,7 @@ r"""Deviations of one agent from players that stay as they are: each tries to lo
     trained    PPO against the frozen others, from the player's own policy if it has one
 
 ``grid`` sees all agents and the clock, and applies to games whose joint state has at most four
-dimensions (:func:`solvers.feedback.extent.dynamic_programming_applies`).
+dimensions (:func:`solvers.feedback.grid.extent.dynamic_programming_applies`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ppg_env.scenarios.make import override_game
 from ppg_env.support.frozen import frozen_array
 from solvers.budget import Budget
 from solvers.equilibrium.best_response import respond
-from solvers.feedback.extent import dynamic_programming_applies
+from solvers.feedback.grid.extent import dynamic_programming_applies
 from solvers.liability import make_rule
 
 MEAN_EPISODES = 2000
@@ -96,7 +96,7 @@ def _by_grid(
     game: Game, agent: int, players: Sequence[Player], options: DeviationOptions, rules: Rules
 ) -> Player | None:
     """Compute the best response by dynamic programming."""
-    from solvers.feedback.dynamic_programming import best_feedback_response
+    from solvers.feedback.grid.dynamic_programming import best_feedback_response
 
     limit = options.time_limit
     return best_feedback_response(game, agent, players, rules, time_limit=limit).player

@@ -4,9 +4,9 @@ r"""Regret of players in the environment, between a gain that was found and a bo
 
 Left is the gain of any deviation (:mod:`baselines.deviations`) with the others' players unchanged:
 a better one may exist.  Right, no policy of agent i costs less than alone in the game
-(:func:`solvers.feedback.lower_bound.solo_lower_bound`).  The best deviation is chosen on one group
-of episodes and evaluated on another, so that its interval is unbiased; both sides have the same
-noise.  No deviation gains zero, so the lower side is never negative.
+(:func:`solvers.feedback.bounds.lower_bound.solo_lower_bound`).  The best deviation is chosen on one
+group of episodes and evaluated on another, so that its interval is unbiased; both sides have the
+same noise.  No deviation gains zero, so the lower side is never negative.
 """
 
 from __future__ import annotations
@@ -121,6 +121,6 @@ def _bound(
 
 def _most(game: Game, agent: int, cost: Interval, rules: Rules | None) -> float:
     """Return the upper limit of the cost less the proved cost of the agent alone."""
-    from solvers.feedback.lower_bound import solo_lower_bound
+    from solvers.feedback.bounds.lower_bound import solo_lower_bound
 
     return max(cost.high - solo_lower_bound(game, agent, rules), 0.0)

@@ -10,7 +10,7 @@ from solvers.planner_options import PlannerOptions
 @with_planner_options("charge", "solver", "time_limit", "seed")
 def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption = False) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
-    from benchmarks.comparison.report import between_steps_note, between_steps_report
+    from benchmarks.comparison.overlaps import between_steps_note, between_steps_report
     from ppg_env.formats.plan_file import read_plan
     from solvers.equilibrium.certificate import certify as prove
 

@@ -80,7 +80,8 @@ def equilibria(
 
 
 def _report(collection: EquilibriumSet) -> dict[str, Any]:
-    from benchmarks.comparison.report import between_steps_report, evaluation_report, game_name
+    from benchmarks.comparison.overlaps import between_steps_report
+    from benchmarks.comparison.report import evaluation_report, game_name
 
     return {
         "scenario": game_name(collection.game),
@@ -105,7 +106,8 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
 
 
 def _print(collection: EquilibriumSet) -> None:
-    from benchmarks.comparison.report import between_steps_note, game_name
+    from benchmarks.comparison.overlaps import between_steps_note
+    from benchmarks.comparison.report import game_name
     from ppg_env.game.between_steps import overlap_times
 
     game = collection.game

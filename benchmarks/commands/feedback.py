@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ppg_env.env.episodes import Summary
     from ppg_env.game.game import Game
     from ppg_env.support.statistics import Interval
-    from solvers.feedback.feedback_solution import FeedbackSolution
+    from solvers.feedback.grid.feedback_solution import FeedbackSolution
 
 KINDS = ("social", "nash")
 
@@ -77,8 +77,8 @@ def feedback(
     from ppg_env.env.episodes import evaluate
     from ppg_env.errors import require
     from ppg_env.scenarios.make import make_game
-    from solvers.feedback.lower_bound import social_lower_bound
-    from solvers.feedback.policy_file import write_feedback
+    from solvers.feedback.bounds.lower_bound import social_lower_bound
+    from solvers.feedback.grid.policy_file import write_feedback
 
     require(grid.kind in KINDS, "--kind", f"is {grid.kind!r}", "write " + " or ".join(KINDS))
     instance = make_game(game, **overrides)
@@ -100,7 +100,7 @@ def feedback(
 
 def _solve(game: Game, grid: GridOptions) -> FeedbackSolution:
     from ppg_env.env.rules import Rules
-    from solvers.feedback.dynamic_programming import feedback_equilibrium, feedback_optimum
+    from solvers.feedback.grid.dynamic_programming import feedback_equilibrium, feedback_optimum
 
     with bar(f"feedback {grid.kind}, stages", Rules().steps(game)) as advance:
         nash = partial(feedback_equilibrium, start=grid.start)
@@ -123,7 +123,7 @@ def _gains(
     solution: FeedbackSolution, grid: GridOptions, episodes: int, seed: int
 ) -> list[Interval]:
     """Return what each agent gains by a best response on a finer grid, simulated."""
-    from solvers.feedback.deviations import feedback_deviation
+    from solvers.feedback.grid.deviations import feedback_deviation
 
     gains = []
     for agent, name in enumerate(solution.game.agent_names):

@@ -28,8 +28,8 @@ def render(
     overrides: dict[str, Any],
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
+    from benchmarks.comparison.overlaps import between_steps_note, between_steps_report
     from benchmarks.comparison.pictures import profile_picture
-    from benchmarks.comparison.report import between_steps_note, between_steps_report
     from benchmarks.comparison.snapshots import snapshots_picture
     from benchmarks.sweeps.grid import whole_numbers
     from ppg_env.errors import require

@@ -167,7 +167,8 @@ def _print(result: Solution, report: dict[str, Any], as_json: bool) -> None:
 
 
 def _print_solution(result: Solution) -> None:
-    from benchmarks.comparison.report import between_steps_note, game_name
+    from benchmarks.comparison.overlaps import between_steps_note
+    from benchmarks.comparison.report import game_name
     from ppg_env.game.between_steps import overlap_times
 
     evaluation = result.evaluation

@@ -16,7 +16,7 @@ from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from solvers import planner_options
-from solvers.feedback.feedback_solution import FeedbackSolution
+from solvers.feedback.grid.feedback_solution import FeedbackSolution
 from solvers.planner_options import PlannerOptions
 from solvers.solution import Solution, Status
 
@@ -96,7 +96,7 @@ def _straight(game: Game, _options: PlannerOptions) -> Solution:
 
 def _feedback(kind: str, game: Game, options: PlannerOptions) -> FeedbackSolution:
     """Compute the feedback ``equilibrium`` or ``optimum`` on a grid."""
-    from solvers.feedback.dynamic_programming import feedback_equilibrium, feedback_optimum
+    from solvers.feedback.grid.dynamic_programming import feedback_equilibrium, feedback_optimum
 
     solve = feedback_equilibrium if kind == "equilibrium" else feedback_optimum
     return solve(game, time_limit=options.time_limit)
@@ -110,7 +110,7 @@ def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
 
 def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned | FeedbackSolution:
     from baselines.policy_file import read_learned
-    from solvers.feedback.policy_file import is_feedback, read_feedback
+    from solvers.feedback.grid.policy_file import is_feedback, read_feedback
 
     if is_feedback(name):
         return read_feedback(name)
@@ -189,7 +189,7 @@ class Entrant:
         if self.solution is None or self.solution.profile is None:
             return []
         if self.name in REPLANNING:
-            from solvers.feedback.replanning import replanning
+            from solvers.feedback.replanning.replanner import replanning
 
             social = REPLANNING[self.name] == "social"
             return [replanning(game, self.solution.profile, social=social)]

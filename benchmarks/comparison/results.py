@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.comparison.overlaps import between_steps_report
 from benchmarks.comparison.players import Entrant
-from benchmarks.comparison.report import between_steps_report, evaluation_report, game_name
+from benchmarks.comparison.report import evaluation_report, game_name
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.support.statistics import Estimate, Interval, RareEstimate

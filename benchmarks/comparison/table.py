@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.comparison.report import between_steps_note, game_name
+from benchmarks.comparison.overlaps import between_steps_note
+from benchmarks.comparison.report import game_name
 from benchmarks.comparison.results import Played, PlayerResult
 from benchmarks.terminal import outward, print_note, print_table, probability, times
 from ppg_env.game.between_steps import overlap_times

@@ -79,10 +79,8 @@ def safety_gap_trend(sign: float) -> Criterion:
         low, high = gap[lams <= MIDDLE], gap[lams > MIDDLE]
         if not (len(low) and len(high)):
             return None
-        return (
-            bool(sign * (high.mean() - low.mean()) > DIFFERENT),
-            f"mean gap {low.mean():.2f} at low lam, {high.mean():.2f} at high lam",
-        )
+        shown = f"mean gap {low.mean():.2f} at low lam, {high.mean():.2f} at high lam"
+        return bool(sign * (high.mean() - low.mean()) > DIFFERENT), shown
 
     return criterion
 

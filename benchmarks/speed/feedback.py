@@ -11,13 +11,13 @@ from ppg_env.env.episodes import evaluate
 from ppg_env.env.players import GoToGoal, Player
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
-from solvers.feedback.dynamic_programming import (
+from solvers.feedback.bounds.lower_bound import social_lower_bound, solo_lower_bound
+from solvers.feedback.grid.dynamic_programming import (
     best_feedback_response,
     feedback_equilibrium,
     feedback_optimum,
 )
-from solvers.feedback.feedback_solution import FeedbackSolution
-from solvers.feedback.lower_bound import social_lower_bound, solo_lower_bound
+from solvers.feedback.grid.feedback_solution import FeedbackSolution
 
 STEP, COARSE = 2.5, 15.0
 """Distance of grid positions, and that of a quick run."""

@@ -13,7 +13,7 @@ from ppg_env import tolerances as tol
 from ppg_env.env import episodes as arena
 from ppg_env.scenarios.make import make_game
 from solvers.equilibrium.best_response_dynamics import best_response_dynamics
-from solvers.feedback.replanning import replanning
+from solvers.feedback.replanning.replanner import replanning
 from solvers.optimum.joint import social_optimum
 from solvers.solution import Status
 

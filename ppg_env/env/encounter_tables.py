@@ -51,10 +51,8 @@ def encounter_kinds(game: Game) -> tuple[np.ndarray, list[Encounter]]:
     spread = [covariances(agent, game.horizon) for agent in game.agents]
     spread += [obstacle.covariances(game.horizon) for obstacle in game.obstacles]
     first_body: dict[tuple[Polytope, bytes], int] = {}
-    bodies = [
-        first_body.setdefault((shape, spread[b].tobytes()), b)
-        for b, shape in enumerate(_shapes(game))
-    ]
+    keys = [(shape, spread[b].tobytes()) for b, shape in enumerate(_shapes(game))]
+    bodies = [first_body.setdefault(key, b) for b, key in enumerate(keys)]
     N, samples = len(game.agents), list[Encounter]()
     numbers: dict[tuple[int, int], int] = {}
     kinds = np.empty(len(game.encounters), dtype=np.int64)

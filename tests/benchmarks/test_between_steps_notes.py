@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.comparison import pictures
-from benchmarks.comparison.report import between_steps_note
+from benchmarks.comparison.overlaps import between_steps_note
 from benchmarks.figures import new_figure
 from ppg_env import Game, Polytope, make_game, make_profile
 from ppg_env.formats.plan_file import read_plan

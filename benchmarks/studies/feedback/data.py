@@ -32,7 +32,7 @@ from benchmarks.studies.study import Choice
 from benchmarks.sweeps import Cell
 from ppg_env.scenarios.make import make_game
 from ppg_env.support.statistics import Interval
-from solvers.feedback.extent import dynamic_programming_applies
+from solvers.feedback.grid.extent import dynamic_programming_applies
 
 KINDS = {
     "planned": ("nash", "social"),

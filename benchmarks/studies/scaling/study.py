@@ -23,9 +23,7 @@ from benchmarks.studies.study import Choice, Study, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-QUESTION = (
-    "How do planners, and the price of selfishness, grow with the agents and with the horizon?"
-)
+QUESTION = "How do planners, and the price of selfishness, grow with agents and horizon?"
 CHOICE = Choice(("circle", "streams", LONG), ("box",), (0.8,), episodes=20_000)
 
 HEADS = (

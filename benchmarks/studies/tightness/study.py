@@ -19,18 +19,9 @@ QUESTION = "How tight are the bounds on the crash probability?"
 CHOICE = Choice(PAPER, ("l1",), (0.5, 0.8), episodes=1_000_000)
 
 COLUMNS = (
-    "scenario",
-    "objective",
-    "gain",
-    "lam",
-    "player",
-    "paper's\nbound",
-    "best\nfaces",
-    "exact\ninstants",
-    "less\nshared",
-    "counted",
-    "paper's /\nless shared",
-)
+    "scenario", "objective", "gain", "lam", "player", "paper's\nbound", "best\nfaces",
+    "exact\ninstants", "less\nshared", "counted", "paper's /\nless shared",
+)  # fmt: skip
 NOTE = (
     "Probability of any {event}: certified upper bounds, and the share of {episodes:,} "
     "episodes. Paper's bound: margins capped; best faces: the same without the cap; exact "

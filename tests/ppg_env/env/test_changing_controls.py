@@ -12,7 +12,7 @@ from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.game.input_sets import excess
 from solvers import social_optimum
-from solvers.feedback.replanning import replanning
+from solvers.feedback.replanning.replanner import replanning
 
 FAST, SLOW, STILL = (Polytope.box([2.0 * speed] * 2) for speed in (10.0, 4.0, 0.0))
 TIRING = ((0, FAST), (4, SLOW))

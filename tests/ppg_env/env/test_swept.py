@@ -18,7 +18,7 @@ from ppg_env.game.hulls import corners_of_points
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.tolerances import LENGTH
 from solvers import best_response_dynamics, social_optimum
-from solvers.feedback.replanning import replanning
+from solvers.feedback.replanning.replanner import replanning
 from tests.marks import first
 
 AXES = {1: (0,), 2: (0, 0), 3: (0, 0, 0)}

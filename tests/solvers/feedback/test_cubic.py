@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.feedback.cubic import gaussian_weights, point_weights
+from solvers.feedback.grid.cubic import gaussian_weights, point_weights
 
 POINTS = np.arange(40) * 0.5 - 3.0
 MIDDLE = np.array([2.0, 4.5, 7.25, 8.1])

@@ -11,7 +11,7 @@ from ppg_env import Agent, Game, Polytope, make_game
 from ppg_env.env.episodes import evaluate
 from ppg_env.env.players import GoToGoal, View
 from ppg_env.env.rules import Rules
-from solvers.feedback.lower_bound import social_lower_bound, solo_lower_bound
+from solvers.feedback.bounds.lower_bound import social_lower_bound, solo_lower_bound
 
 
 def line(start: float = 0.0, **changes: object) -> Game:
@@ -70,7 +70,7 @@ def test_effort_counts_without_noise() -> None:
 def test_a_cheap_crash_ends_the_way() -> None:
     game = replace(line(noise=0.0), crash_cost=2.0)
     assert solo_lower_bound(game, 0) == pytest.approx(0.5 + 1.0)
-    assert solo_lower_bound(game, 0, Rules(on_crash="continue")) == pytest.approx(2.5)
+    assert solo_lower_bound(game, 0, Rules(on_crash="continue")) == pytest.approx(3.5)
     noisy = replace(line(), crash_cost=2.0)
     assert solo_lower_bound(noisy, 0) == pytest.approx(1.0, abs=0.51)
 

@@ -8,8 +8,8 @@ import pytest
 from ppg_env import make_game
 from ppg_env.game.agent import Agent
 from ppg_env.game.polytope import Polytope
-from solvers.feedback.grid import Grid, make_grid
-from solvers.feedback.noise_filter import make_noise_filter
+from solvers.feedback.grid.noise_filter import make_noise_filter
+from solvers.feedback.grid.state_grid import Grid, make_grid
 
 
 def planar(noise) -> tuple[Agent, Grid]:
@@ -24,7 +24,7 @@ def smooth(points: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("noise", [[[1.9, 0.0], [0.0, 4.0]], [[3.0, 1.5], [1.5, 2.0]]])
 def test_traffic_is_the_expectation_over_states_outside_the_region(noise):
     agent, grid = planar(noise)
-    made = make_noise_filter(agent, grid, np.array([5.0]))
+    made = make_noise_filter(agent, grid, np.full(agent.goal.size, 5.0))
     field = made.traffic(smooth(grid.points).astype(np.float32))
     draws = np.random.default_rng(0).multivariate_normal([0, 0], noise, size=100_000)
     for offset in ([0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [-20.0, 5.0]):
@@ -39,7 +39,7 @@ def test_traffic_is_the_expectation_over_states_outside_the_region(noise):
 
 def test_many_columns_are_filtered_as_one():
     agent, grid = planar(1.9)
-    made = make_noise_filter(agent, grid, np.array([5.0]))
+    made = make_noise_filter(agent, grid, np.full(agent.goal.size, 5.0))
     values = np.random.default_rng(1).normal(size=(grid.size, 3)).astype(np.float32)
     together = made.traffic(values, 3)
     for k in range(3):
@@ -55,7 +55,7 @@ def test_an_agent_without_noise_stays_where_it_goes():
     other = replace(agent, start=np.array([60.0]), goal=np.array([90.0]))
     game = replace(game, agents=(agent, other))
     grid = make_grid(game, 0, 2.5)
-    made = make_noise_filter(agent, grid, np.array([5.0]))
+    made = make_noise_filter(agent, grid, np.full(agent.goal.size, 5.0))
     field = made.traffic(np.ones(grid.size, np.float32))
     inside = np.abs(grid.points[:, 0] - 20.0) <= 5.0
     assert np.array_equal(field, (~inside).astype(np.float32))

@@ -20,11 +20,11 @@ from ppg_env.game.input_sets import excess
 from ppg_env.game.plan import Profile
 from ppg_env.risk.overlap import log_overlap
 from solvers import best_response_dynamics, social_optimum
-from solvers.feedback.plan_costs import pair_risk
-from solvers.feedback.plan_meetings import make_meetings
-from solvers.feedback.plan_motion import make_motion
-from solvers.feedback.plan_rollout import GO, KEEP, roll
-from solvers.feedback.replanning import JointReplanner, replanning
+from solvers.feedback.replanning.costs import pair_risk
+from solvers.feedback.replanning.meetings import make_meetings
+from solvers.feedback.replanning.motion import make_motion
+from solvers.feedback.replanning.replanner import JointReplanner, replanning
+from solvers.feedback.replanning.rollout import GO, KEEP, roll
 
 SHIFTED = ((0, Polytope.box([20.0, 20.0])), (3, Polytope.l1(6.0)))
 RING = np.array([[np.cos(a), np.sin(a)] for a in np.arange(3) * 2 * np.pi / 3])

@@ -11,7 +11,7 @@ from ppg_env import InputError, Polytope
 from ppg_env import tolerances as tol
 from ppg_env.game.compiled_margins import crossing, inside
 from ppg_env.risk.overlap import log_overlap
-from solvers.feedback.sharp_events import overlap_probability, swept_probability
+from solvers.feedback.events.sharp_events import overlap_probability, swept_probability
 
 SAMPLES = 20_000
 SETS = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.feedback.gaussian_axis import Axis, NoAxis
-from solvers.feedback.grid_rim import SoloProblem
-from solvers.feedback.polygon_minimum import minima_at_fixed_offsets, minima_at_images
-from solvers.feedback.solo_grid import SoloGrid
+from solvers.feedback.bounds.gaussian_axis import Axis, NoAxis
+from solvers.feedback.bounds.grid_rim import SoloProblem
+from solvers.feedback.bounds.polygon_minimum import minima_at_fixed_offsets, minima_at_images
+from solvers.feedback.bounds.solo_grid import SoloGrid
 
 POLYGONS = {
     "diamond": np.array([[2.3, 0.0], [0.0, 2.3], [-2.3, 0.0], [0.0, -2.3]]),

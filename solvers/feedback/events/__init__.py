@@ -1,0 +1,1 @@
+"""Exact probabilities of crashes in one step."""

@@ -1,0 +1,1 @@
+"""Dynamic programming on a grid of the joint state of two agents."""

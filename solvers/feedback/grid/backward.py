@@ -1,0 +1,178 @@
+"""Dynamic programming backwards in time, for any way of choosing actions at a stage.
+
+A stage starts from the expected costs to go after its noise, per joint grid state.  The fields are
+these costs before the noise, for both agents in traffic after it or one of them:
+
+    C_i = E[V_i; both in traffic] + E[V_i alone; i in traffic, the other has arrived].
+
+A :class:`Chooser` selects actions and returns the costs of the stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import monotonic
+from typing import Protocol
+
+import numpy as np
+
+from ppg_env.errors import InputError
+from solvers.feedback.grid.joint_model import FLOAT, JointModel
+
+STATIONARY = 1e-4
+"""A stage that changes no cost by more than this, and all before it, count as the same."""
+
+SPARE = 10
+"""Arrays over the joint grid that are in use at the same time, without the stages."""
+
+
+class Chooser(Protocol):
+    """Chooses actions at a stage."""
+
+    agents: tuple[int, ...]
+    stationary: bool
+    kept: int
+
+    def choose(
+        self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]
+    ) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return costs (K0, K1) of each of ``agents``, and actions (F, K0, K1).
+
+        ``fields`` are those of ``agents``, ``ahead`` (K,) their costs after a move when alone.
+        """
+        ...
+
+    def keep(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Return the fields (F, K0, K1) that a player needs."""
+        ...
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The stages of a solution, by the number of steps left: row 0 is the last step.
+
+    Attributes
+    ----------
+    fields : (S, F, K0, K1) float32 costs after both moves.
+    choice : (S, F, K0, K1) numbers of the actions.
+    alone : per agent that is solved for, (S, K) costs after its move when it is alone.
+    values : per such agent, (K0, K1) costs at the first stage.
+    stationary : whether the last row stands for all earlier stages.
+    change : largest change of a cost in the last stage.
+    """
+
+    fields: np.ndarray
+    choice: np.ndarray
+    alone: dict[int, np.ndarray]
+    values: dict[int, np.ndarray]
+    stationary: bool
+    change: float
+
+
+def memory(model: JointModel, chooser: Chooser) -> int:
+    """Return the bytes that :func:`solve_backward` needs at most."""
+    states = model.shape[0] * model.shape[1]
+    stages = model.rules.steps(model.game)
+    per_stage = FLOAT * chooser.kept + len(chooser.agents) * (1 if model.most_actions <= 256 else 2)
+    moves = sum(part.nbytes for i in range(2) for part in vars(model.moves(i, 0)).values())
+    return states * (stages * per_stage + SPARE * FLOAT) + moves
+
+
+def solve_backward(
+    model: JointModel,
+    chooser: Chooser,
+    memory_limit: float,
+    time_limit: float | None,
+    progress: Callable[[int, int], None] | None,
+) -> Stages:
+    """Return all stages, or those up to a stationary one.
+
+    Raises
+    ------
+    InputError
+        If more memory would be needed than ``memory_limit`` bytes, or time runs out.
+    """
+    _check_memory(memory(model, chooser), memory_limit)
+    start, total = monotonic(), model.rules.steps(model.game)
+    values = [np.zeros(model.shape, dtype=np.float32) for _ in chooser.agents]
+    alone = {i: np.zeros(model.grids[i].size, dtype=np.float32) for i in chooser.agents}
+    record = _Record(model, chooser, total)
+    for done, clock in enumerate(reversed(range(total)), 1):
+        ahead = {i: model.filters[i].traffic(alone[i]) for i in chooser.agents}
+        fields = [
+            _continue(model, i, value, ahead[i])
+            for i, value in zip(chooser.agents, values, strict=True)
+        ]
+        values, choice = chooser.choose(clock, fields, ahead)
+        alone = {
+            i: model.alone(i, clock, ahead[i]).min(axis=1) + np.float32(model.lam[i])
+            for i in chooser.agents
+        }
+        change = record.add(chooser.keep(fields), choice, ahead)
+        if progress is not None:
+            progress(done, total)
+        if change < STATIONARY and chooser.stationary and model.clock_free:
+            break
+        if time_limit is not None and monotonic() - start > time_limit and done < total:
+            raise InputError(
+                "time_limit",
+                f"of {time_limit:g} s ended after {done} of {total} stages",
+                "allow more time, or a larger step",
+            )
+    return record.stages(values)
+
+
+class _Record:
+    """The stages so far; pages of memory are used as they are filled."""
+
+    def __init__(self, model: JointModel, chooser: Chooser, total: int) -> None:
+        self._agents, self._done, self._change = chooser.agents, 0, np.inf
+        kind = np.uint8 if model.most_actions <= 256 else np.uint16
+        self._fields = np.empty((total, chooser.kept, *model.shape), np.float32)
+        self._choice = np.empty((total, len(chooser.agents), *model.shape), kind)
+        self._alone = {i: np.empty((total, model.grids[i].size), np.float32) for i in self._agents}
+
+    def add(self, fields: np.ndarray, choice: np.ndarray, ahead: dict[int, np.ndarray]) -> float:
+        """Store a stage; return the largest difference of its fields from the stage before."""
+        k = self._done
+        self._fields[k], self._choice[k] = fields, choice
+        for i in self._agents:
+            self._alone[i][k] = ahead[i]
+        if k:
+            self._change = float(np.abs(fields - self._fields[k - 1]).max())
+        self._done += 1
+        return self._change
+
+    def stages(self, values: list[np.ndarray]) -> Stages:
+        """Return the stages; ``values`` are the costs at the first one."""
+        kept = slice(self._done)
+        return Stages(
+            self._fields[kept],
+            self._choice[kept],
+            {i: alone[kept] for i, alone in self._alone.items()},
+            dict(zip(self._agents, values, strict=True)),
+            self._done < len(self._fields),
+            self._change,
+        )
+
+
+def _continue(model: JointModel, agent: int, values: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Return the field (K0, K1) of ``agent`` from the costs ``values`` after the noise."""
+    first, second = model.filters
+    field = first.traffic(values, values.shape[1])
+    field = second.traffic(field)
+    if agent == 0:
+        field += ahead[:, None] * (1.0 - second.stays)[None]
+    else:
+        field += (1.0 - first.stays)[:, None] * ahead[None]
+    return field
+
+
+def _check_memory(needed: int, limit: float) -> None:
+    if needed > limit:
+        raise InputError(
+            "memory_limit",
+            f"is {limit / 1e9:.3g} GB where {needed / 1e9:.3g} GB are needed",
+            "allow more, or give a larger step",
+        )

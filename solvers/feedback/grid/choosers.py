@@ -1,0 +1,206 @@
+"""Three ways to choose actions at a stage: jointly, in equilibrium, and against a given player."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ppg_env.env.players import Player
+from ppg_env.game.input_sets import set_at
+from solvers.feedback.grid.equilibrium_kernels import NONE, stage_equilibria
+from solvers.feedback.grid.frozen_players import Observer, grid_actions
+from solvers.feedback.grid.joint_model import JointModel
+from solvers.feedback.grid.moves import after, project
+from solvers.feedback.grid.stage_kernels import Side, erode, respond, settle
+
+STARTS = ("selfish", "social", "swapped")
+"""Rules for the actions from which best responses begin."""
+
+ROUNDS = 12
+"""Best responses at a state before all pairs of actions are enumerated."""
+
+DESCENTS = 8
+"""Improvements in turn of a pair of actions that minimises the sum of costs."""
+
+Costs = tuple[list[np.ndarray], np.ndarray]
+"""Costs (K0, K1) of each agent that is solved for, and actions (F, K0, K1)."""
+
+
+class JointOptimum:
+    """Actions that minimise the sum of both costs.
+
+    The least cost over pairs of moves to grid points is a minimum over the second agent's moves,
+    and then over the first's.  Where moves end between grid points, or overlaps depend on the
+    states before the moves, agents then improve their actions in turn.
+    """
+
+    agents: tuple[int, ...] = (0, 1)
+    stationary = True
+    kept = 1
+
+    def __init__(self, model: JointModel) -> None:
+        self._model = model
+
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
+        """Return costs and actions of both agents."""
+        model = self._model
+        sides = [model.side(i, clock, ahead[i]) for i in range(2)]
+        total = fields[0] + fields[1]
+        choice = joint_choice(model, sides, total)
+        if not model.separable:
+            how, crash = np.empty(model.shape, np.uint8), np.full(2, model.crash.sum())
+            stage_equilibria(
+                np.ascontiguousarray(total.T), total, sides[0], sides[1], model.risk, crash,
+                _reach(sides[0]), _reach(sides[1]), False, DESCENTS, False, choice, how,
+            )  # fmt: skip
+        return _settled(model, sides, fields, choice)
+
+    def keep(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Return the sum of the fields."""
+        return (fields[0] + fields[1])[None]
+
+
+class StageEquilibrium:
+    """Actions of which neither agent has a better one, at every state of the stage."""
+
+    agents: tuple[int, ...] = (0, 1)
+    stationary = True
+    kept = 2
+
+    def __init__(self, model: JointModel, start: str) -> None:
+        self._model, self._start = model, start
+        self._games, self._lacking = 0, 0
+
+    @property
+    def without(self) -> float:
+        """Share of stage games so far without a pure equilibrium."""
+        return self._lacking / max(self._games, 1)
+
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
+        """Return costs and actions of both agents."""
+        model = self._model
+        sides = [model.side(i, clock, ahead[i]) for i in range(2)]
+        choice = self._begin(clock, sides, fields, ahead)
+        how = np.empty(model.shape, np.uint8)
+        stage_equilibria(
+            np.ascontiguousarray(fields[0].T), fields[1], sides[0], sides[1], model.risk,
+            model.crash, _reach(sides[0]), _reach(sides[1]), self._start == "swapped", ROUNDS, True,
+            choice, how,
+        )  # fmt: skip
+        self._games += how.size
+        self._lacking += int((how == NONE).sum())
+        return _settled(model, sides, fields, choice)
+
+    def _begin(
+        self,
+        clock: int,
+        sides: list[Side],
+        fields: list[np.ndarray],
+        ahead: dict[int, np.ndarray],
+    ) -> np.ndarray:
+        """Return the actions (2, K0, K1) from which best responses begin."""
+        if self._start == "social":
+            return joint_choice(self._model, sides, fields[0] + fields[1])
+        choice = np.empty((2, *self._model.shape), np.int32)
+        for i in range(2):
+            alone = self._model.alone(i, clock, ahead[i]).argmin(axis=1)
+            choice[i] = alone[:, None] if i == 0 else alone[None]
+        return choice
+
+    def keep(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Return both fields."""
+        return np.stack(fields)
+
+
+class Response:
+    """Best actions of one agent against a given player.
+
+    A player that does not observe others is asked at each of its own grid states only.
+    """
+
+    stationary = False
+    kept = 1
+
+    def __init__(self, model: JointModel, agent: int, player: Player) -> None:
+        self._model, self._agent, self.player = model, agent, player
+        self.agents: tuple[int, ...] = (agent,)
+        self._observer = Observer(model.game, model.rules, 1 - agent)
+
+    def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
+        """Return costs and actions of the agent."""
+        model, agent, other = self._model, self._agent, 1 - self._agent
+        side, grid = model.side(agent, clock, ahead[agent]), model.grids[other]
+        field = fields[0] if agent == 1 else np.ascontiguousarray(fields[0].T)
+        out, best = np.empty_like(field), np.empty(field.shape, np.int32)
+        respond(
+            field, side, model.risk, agent == 0, model.crash[agent], model.lam[agent],
+            _reach(side), grid.low, grid.step, grid.shape, grid.points, self._other_ends(clock),
+            model.stays(other), out, best,
+        )  # fmt: skip
+        if agent == 0:
+            out, best = np.ascontiguousarray(out.T), best.T
+        return [out], best[None]
+
+    def _other_ends(self, clock: int) -> np.ndarray:
+        """Return the states (K_other, K_own or 1, 2) of the other agent after its moves."""
+        model, other = self._model, 1 - self._agent
+        mover = model.game.agents[other]
+        states = [
+            grid.points[:, : agent.state_dim]
+            for grid, agent in zip(model.grids, model.game.agents, strict=True)
+        ]
+        if self.player.information != "full state":
+            states[self._agent] = states[self._agent][:1]
+        actions = grid_actions(
+            self._observer, self.player, states[0], states[1], clock, mover.control_dim
+        )
+        if other == 1:
+            actions = actions.transpose(1, 0, 2)
+        if model.rules.saturation == "clip":
+            flat = np.ascontiguousarray(actions.reshape(-1, mover.control_dim))
+            actions = project(flat, set_at(mover.control, clock)).reshape(actions.shape)
+        return after(mover, states[other][:, None], actions).astype(np.float32)
+
+    def keep(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Return the agent's field."""
+        return fields[0][None]
+
+
+def joint_choice(model: JointModel, sides: list[Side], total: np.ndarray) -> np.ndarray:
+    """Return actions (2, K0, K1) that minimise the sum of costs ``total`` (K0, K1) after moves.
+
+    Overlaps count as at grid points at the end of the step.
+    """
+    crash = np.float32(model.crash.sum())
+    lost = crash - total if model.risk.removes else crash
+    total = total + model.on_grid * lost
+    middle, second = np.empty_like(total.T, order="C"), np.empty(total.T.shape, np.int32)
+    erode(
+        np.ascontiguousarray(total.T), sides[1].index, sides[1].weight, sides[1].cost, middle,
+        second,
+    )  # fmt: skip
+    least, first = np.empty_like(total), np.empty(total.shape, np.int32)
+    erode(
+        np.ascontiguousarray(middle.T), sides[0].index, sides[0].weight, sides[0].cost, least, first
+    )
+    ends = np.take_along_axis(_nearest(sides[0]), first, axis=1)
+    return np.stack([first, second.T[ends, np.arange(total.shape[1])[None]]])
+
+
+def _settled(
+    model: JointModel, sides: list[Side], fields: list[np.ndarray], choice: np.ndarray
+) -> Costs:
+    """Return the costs of both agents for the actions ``choice`` (2, K0, K1), and the actions."""
+    out = np.empty((2, *model.shape), np.float32)
+    settle(np.stack(fields), sides[0], sides[1], model.risk, model.crash, model.lam, choice, out)
+    return [out[0], out[1]], choice
+
+
+def _reach(side: Side) -> np.ndarray:
+    """Return (K, 4) lowest and highest states after a move from each grid point."""
+    return np.concatenate([side.ends.min(axis=1), side.ends.max(axis=1)], axis=1)
+
+
+def _nearest(side: Side) -> np.ndarray:
+    """Return (K, A) the grid point of the largest weight after each move."""
+    largest = side.weight.argmax(axis=2)[..., None]
+    return np.take_along_axis(side.index, largest, axis=2)[..., 0]

@@ -1,0 +1,151 @@
+"""Feedback policies of two agents by dynamic programming on a grid of their joint state.
+
+Crashes and arrivals have their Gaussian probabilities; the noise is integrated exactly against a
+cubic interpolant of the costs; the policies look one step ahead with actions between those of the
+grid.  Both agents observe both states and the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import monotonic
+
+from ppg_env.env.players import Player
+from ppg_env.env.rules import Rules
+from ppg_env.errors import require
+from ppg_env.game.game import Game
+from solvers.feedback.grid.backward import Chooser, memory, solve_backward
+from solvers.feedback.grid.choosers import STARTS, JointOptimum, Response, StageEquilibrium
+from solvers.feedback.grid.feedback_solution import FeedbackSolution, value_at_start
+from solvers.feedback.grid.joint_model import JointModel, make_joint_model
+from solvers.feedback.grid.player import Policy
+
+MEMORY_LIMIT = 4e9
+"""Default limit on bytes."""
+
+OnProgress = Callable[[int, int], None]
+"""Is called with the number of stages done, and their largest number."""
+
+
+def feedback_optimum(
+    game: Game,
+    rules: Rules | None = None,
+    *,
+    step: float | None = None,
+    memory_limit: float = MEMORY_LIMIT,
+    time_limit: float | None = None,
+    progress: OnProgress | None = None,
+) -> FeedbackSolution:
+    """Return feedback policies that minimise the sum of both agents' expected costs.
+
+    Parameters
+    ----------
+    game, rules
+        A game of two agents with up to two state components each, and the rules of play.
+    step
+        Distance between neighbouring positions of the grid; by default a quarter of the longest
+        step of an agent, at most half of the tolerance.
+    memory_limit
+        Largest number of bytes; known before the work starts.
+    time_limit
+        Seconds after which the work ends with an error.
+    progress
+        Called after each stage with the number of stages done and their largest number.
+
+    Raises
+    ------
+    InputError
+        If the game does not fit on a grid, or a limit does not suffice.
+    """
+    model = make_joint_model(game, rules, step)
+    return _solve("optimum", model, JointOptimum(model), memory_limit, time_limit, progress)
+
+
+def feedback_equilibrium(
+    game: Game,
+    rules: Rules | None = None,
+    *,
+    start: str = "selfish",
+    step: float | None = None,
+    memory_limit: float = MEMORY_LIMIT,
+    time_limit: float | None = None,
+    progress: OnProgress | None = None,
+) -> FeedbackSolution:
+    """Return feedback policies of which neither agent has a better one, at any grid state.
+
+    At each stage and joint state best responses alternate until neither changes.  They begin with
+    the response of agent 1 to what agent 0 would do alone (``start="selfish"``), of agent 0 to
+    what agent 1 would do alone (``swapped``), or of agent 1 at the pair of actions that minimises
+    the sum of costs (``social``).  Where they cycle, all pairs of actions are compared.
+
+    Costs are the agents' own.  Other parameters are those of :func:`feedback_optimum`.
+    """
+    require(start in STARTS, "start", f"is {start!r}", "write " + " or ".join(STARTS))
+    model = make_joint_model(game, rules, step)
+    _check_selfish(model)
+    chooser = StageEquilibrium(model, start)
+    return _solve("equilibrium", model, chooser, memory_limit, time_limit, progress)
+
+
+def best_feedback_response(
+    game: Game,
+    agent: int,
+    players: Sequence[Player],
+    rules: Rules | None = None,
+    *,
+    step: float | None = None,
+    memory_limit: float = MEMORY_LIMIT,
+    time_limit: float | None = None,
+    progress: OnProgress | None = None,
+) -> FeedbackSolution:
+    """Return the best feedback policy of ``agent`` against the other one of ``players``.
+
+    The other player may be of any kind whose actions depend on what it observes alone; it is asked
+    at every joint grid state and time.
+
+    Other parameters are those of :func:`feedback_optimum`.
+    """
+    model = make_joint_model(game, rules, step)
+    require(agent in (0, 1), "agent", f"is {agent}", "write 0 or 1")
+    require(len(players) == 2, "players", f"are {len(players)}", "give one per agent")
+    _check_selfish(model)
+    chooser = Response(model, agent, players[1 - agent])
+    return _solve("response", model, chooser, memory_limit, time_limit, progress)
+
+
+def _check_selfish(model: JointModel) -> None:
+    require(
+        model.rules.sharing == "selfish",
+        "sharing",
+        "is 'social'",
+        "use 'selfish', or feedback_optimum for the sum of costs",
+    )
+
+
+def _solve(
+    kind: str,
+    model: JointModel,
+    chooser: Chooser,
+    memory_limit: float,
+    time_limit: float | None,
+    progress: OnProgress | None,
+) -> FeedbackSolution:
+    began = monotonic()
+    needed = memory(model, chooser)
+    stages = solve_backward(model, chooser, memory_limit, time_limit, progress)
+    partner = chooser.player if isinstance(chooser, Response) else None
+    without = chooser.without if isinstance(chooser, StageEquilibrium) else 0.0
+    return FeedbackSolution(
+        game=model.game,
+        rules=model.rules,
+        kind=kind,
+        agents=chooser.agents,
+        value=tuple(value_at_start(model, stages.values[i]) for i in chooser.agents),
+        step=model.step,
+        stages=len(stages.choice),
+        stationary=stages.stationary,
+        without_equilibrium=without,
+        memory=needed,
+        seconds=monotonic() - began,
+        policy=Policy(model, kind, stages, partner),
+    )

@@ -1,0 +1,282 @@
+"""Compiled: actions by one-step look-ahead on the fields of a stage, from any states.
+
+The field of an agent is contracted over the other's stencil to the window of grid points that the
+agent can reach; its actions are then compared on this window, first all of a set, then with finer
+steps around the best.  Cubic convolution is used in all four dimensions, and the table of overlaps
+for crashes (:mod:`solvers.feedback.grid.stage_kernels` has the formula).  ``harm`` are
+crashes with obstacles, over positions of the agent, and ``risk`` those with the other agent.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from ppg_env.support.compilation import njit
+from solvers.feedback.grid.cubic import keys_weights
+from solvers.feedback.grid.event_table import chance
+from solvers.feedback.grid.stage_kernels import overlap, stencil
+
+REFINEMENTS = 3
+"""Halvings of the distance between actions."""
+
+SHORTEST = 0.1
+"""A smaller part of a shift to the border of the control set is not tried."""
+
+SWEEPS = 3
+"""Most actions that are chosen in turn, per agent, for one joint decision."""
+
+
+class Body(NamedTuple):
+    """One agent: its grid, dynamics, control set, actions and chance of arrival.
+
+    low, step, shape (2,): the grid; A (2, 2), B (2, m); normals, offsets: faces of the control
+    set; actions (A, m); span (2, 2): lowest and highest B u; spacing (m,): between actions;
+    effort; stays (n0, n1): probability of no arrival; crash: cost of a crash; share: the agent's
+    part of the costs in the field.
+    """
+
+    low: np.ndarray
+    step: np.ndarray
+    shape: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+    actions: np.ndarray
+    span: np.ndarray
+    spacing: np.ndarray
+    effort: float
+    stays: np.ndarray
+    crash: float
+    share: float
+
+
+@njit(cache=True)
+def advance(body, base, u, y):
+    """Write y = base + B u."""
+    for k in range(2):
+        y[k] = base[k]
+        for q in range(u.size):
+            y[k] += body.B[k, q] * u[q]
+
+
+@njit(cache=True)
+def read(body, window, i0, j0, y, w0, w1):
+    """Return the interpolant at ``y`` of values on the window that begins at (i0, j0)."""
+    a = min(max((y[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)
+    b = min(max((y[1] - body.low[1]) / body.step[1], 0.0), body.shape[1] - 1.0)
+    i, j = min(int(a), max(body.shape[0] - 2, 0)), min(int(b), max(body.shape[1] - 2, 0))
+    keys_weights(a - i, w0)
+    keys_weights(b - j, w1)
+    value = 0.0
+    for r in range(4):
+        row, part = min(max(i + r - 1, 0), body.shape[0] - 1) - i0, 0.0
+        for s in range(4):
+            part += w1[s] * window[row, min(max(j + s - 1, 0), body.shape[1] - 1) - j0]
+        value += w0[r] * part
+    return value
+
+
+@njit(cache=True)
+def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
+    """Return the cost of the action ``u`` at state ``x``.
+
+    ``other`` (5,): the other's states before and after its move, and its probability of no
+    arrival, zero without another agent.
+    """
+    advance(body, base, u, y)
+    value = read(body, window, i0, j0, y, w0, w1)
+    lost, stays = 0.0, -1.0
+    if other[4] > 0.0:
+        p = overlap(risk, own_first, x, other[:2], y, other[2:4]) * other[4]
+        if p > 0.0:
+            stays = read(body, body.stays, 0, 0, y, w0, w1)
+            lost += p * stays * (crash - value if risk.removes else crash)
+    if not harm.empty:
+        p = chance(harm, x[0], x[1], y[0], y[1])
+        if p > 0.0:
+            if stays < 0.0:
+                stays = read(body, body.stays, 0, 0, y, w0, w1)
+            lost += p * stays * (body.crash - body.share * value if risk.removes else body.crash)
+    value += lost
+    if body.effort > 0.0:
+        for q in range(u.size):
+            value += body.effort * abs(u[q])
+    return value
+
+
+@njit(cache=True)
+def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, finer, w0, w1, best):
+    """Write the best action of the set, or with ``finer`` the best near ``best``."""
+    m = best.size
+    y, u = np.empty(2), np.empty(m)
+    if not finer:
+        least, chosen = np.inf, 0
+        for a in range(body.actions.shape[0]):
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base,
+                          body.actions[a], y, other, w0, w1)  # fmt: skip
+            if value < least:
+                least, chosen = value, a
+        best[:] = body.actions[chosen]
+        return
+    least = price(
+        body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0, w1
+    )
+    middle = np.empty(m)
+    for level in range(REFINEMENTS):
+        middle[:] = best
+        for code in range(3**m):
+            rest, still = code, True
+            for q in range(m):
+                shift = rest % 3 - 1
+                rest //= 3
+                still = still and shift == 0
+                u[q] = shift * body.spacing[q] * 0.5 ** (level + 1)
+            if still:
+                continue
+            room = limit(body, middle, u)
+            if room < SHORTEST:
+                continue
+            for q in range(m):
+                u[q] = middle[q] + room * u[q]
+            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y,
+                          other, w0, w1)  # fmt: skip
+            if value < least:
+                least = value
+                best[:] = u
+
+
+@njit(cache=True)
+def limit(body, middle, shift):
+    """Return the part, up to 1, of ``shift`` that leads from ``middle`` to the set's border."""
+    room = 1.0
+    for f in range(body.offsets.size):
+        along, left = 0.0, body.offsets[f]
+        for q in range(shift.size):
+            along += body.normals[f, q] * shift[q]
+            left -= body.normals[f, q] * middle[q]
+        if along > 1e-12:
+            room = min(room, max(left, 0.0) / along)
+    return room
+
+
+@njit(cache=True)
+def contract(body, field, own_first, base, far, at, w0, w1, index, weight, window):
+    """Write the field at the other's state ``at`` to the window in reach; return its corner."""
+    count = stencil(far.low, far.step, far.shape, at[0], at[1], w0, w1, index, weight)
+    edge = np.empty((2, 2), np.int64)
+    for k in range(2):
+        last = body.shape[k] - 1
+        for side in range(2):
+            place = (base[k] + body.span[side, k] - body.low[k]) / body.step[k]
+            place = min(max(place, 0.0), float(last))
+            cell = min(int(place), max(last - 1, 0))
+            edge[side, k] = max(cell - 1, 0) if side == 0 else min(cell + 2, last)
+    i0, j0 = edge[0, 0], edge[0, 1]
+    for i in range(i0, edge[1, 0] + 1):
+        for j in range(j0, edge[1, 1] + 1):
+            k, value = i * body.shape[1] + j, 0.0
+            for t in range(count):
+                if own_first:
+                    value += weight[t] * field[k, index[t]]
+                else:
+                    value += weight[t] * field[index[t], k]
+            window[i - i0, j - j0] = value
+    return i0, j0
+
+
+@njit(cache=True)
+def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, far_y, coarse,
+               finer, w0, w1, index, weight, window, best):  # fmt: skip
+    """Write the best action of ``body`` when the other agent ``far`` goes from x to y."""
+    i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
+    other = np.empty(5)
+    other[:2], other[2:4] = far_x, far_y
+    other[4] = read(far, far.stays, 0, 0, far_y, w0, w1)
+    if coarse:
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best
+        )
+    if finer:
+        search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, True, w0, w1, best
+        )
+
+
+@njit(cache=True, parallel=True)
+def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
+                       size, actions):  # fmt: skip
+    """Write the best actions (C, m) at ``states`` (C, 2), given where the other goes (C, 2)."""
+    for c in prange(states.shape[0]):
+        w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
+        index, weight = np.empty(16, np.int64), np.empty(16)
+        window = np.empty((size[0], size[1]))
+        base[:] = body.A @ states[c]
+        respond_to(body, harm, field, own_first, risk, crash, states[c], base, far, far_states[c],
+                   far_ends[c], True, True, w0, w1, index, weight, window, actions[c])  # fmt: skip
+
+
+@njit(cache=True, parallel=True)
+def decide_jointly(
+    first, second, first_harm, second_harm, fields, crash, risk, choice, states, size, one, two
+):
+    """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
+
+    They start as those of the nearest grid state; then each agent in turn takes the best of its
+    set on its field (``fields`` (2, K0, K1)), until neither changes; both are refined last.
+    """
+    for c in prange(states.shape[0]):
+        w0, w1 = np.empty(4), np.empty(4)
+        index, weight = np.empty(16, np.int64), np.empty(16)
+        window = np.empty((size[0], size[1]))
+        base, y, z = np.empty((2, 2)), np.empty(2), np.empty(2)
+        base[0] = first.A @ states[c, 0]
+        base[1] = second.A @ states[c, 1]
+        i, j = nearest(first, states[c, 0]), nearest(second, states[c, 1])
+        one[c] = first.actions[choice[0, i, j]]
+        two[c] = second.actions[choice[1, i, j]]
+        before, unchanged, turn = np.empty(max(one.shape[1], two.shape[1])), 0, 0
+        advance(second, base[1], two[c], z)
+        # The last two turns refine the actions of both.
+        while turn < 2 * SWEEPS + 2:
+            finer = turn >= 2 * SWEEPS
+            if turn % 2 == 0:
+                before[: one.shape[1]] = one[c]
+                respond_to(first, first_harm, fields[0], True, risk, crash[0], states[c, 0],
+                           base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
+                           weight, window, one[c])  # fmt: skip
+                advance(first, base[0], one[c], y)
+                same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
+            else:
+                before[: two.shape[1]] = two[c]
+                respond_to(second, second_harm, fields[1], False, risk, crash[1], states[c, 1],
+                           base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
+                           weight, window, two[c])  # fmt: skip
+                advance(second, base[1], two[c], z)
+                same = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
+            unchanged = unchanged + 1 if same else 1
+            turn += 1
+            if unchanged == 2 and turn < 2 * SWEEPS and turn % 2 == 0:
+                turn = 2 * SWEEPS
+
+
+@njit(cache=True, parallel=True)
+def decide_alone(body, harm, alone, risk, states, actions):
+    """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
+    for c in prange(states.shape[0]):
+        w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.zeros(5)
+        base[:] = body.A @ states[c]
+        for finer in (False, True):
+            search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,
+                   actions[c])  # fmt: skip
+
+
+@njit(cache=True)
+def nearest(body, state):
+    """Return the number of the grid point nearest to ``state``."""
+    i = int(np.rint(min(max((state[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)))
+    j = int(np.rint(min(max((state[1] - body.low[1]) / body.step[1], 0.0), body.shape[1] - 1.0)))
+    return i * body.shape[1] + j

@@ -1,0 +1,165 @@
+"""Players that look one step ahead on the fields of a feedback solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ppg_env.env.players import Player, View
+from ppg_env.game.input_sets import set_at
+from solvers.feedback.grid.backward import Stages
+from solvers.feedback.grid.frozen_players import Observer
+from solvers.feedback.grid.joint_model import JointModel
+from solvers.feedback.grid.look_ahead import Body, decide_alone, decide_jointly, respond_everywhere
+from solvers.feedback.grid.moves import action_set, after, project
+from solvers.feedback.grid.state_grid import AXES, padded
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What the players of a solution share.
+
+    Attributes
+    ----------
+    kind : ``optimum``, ``equilibrium`` or ``response``.
+    partner : the other agent's player, for a response.
+    """
+
+    model: JointModel
+    kind: str
+    stages: Stages
+    partner: Player | None = None
+
+    def row(self, clock: int) -> int:
+        """Return the stage at ``clock``."""
+        left = max(self.model.rules.steps(self.model.game) - clock, 1)
+        return min(left, len(self.stages.choice)) - 1
+
+    def fields(self, row: int) -> np.ndarray:
+        """Return the fields (2, K0, K1) of both agents at a stage."""
+        fields = self.stages.fields[row]
+        return np.broadcast_to(fields, (2, *fields.shape[1:])) if len(fields) == 1 else fields
+
+    def crash(self) -> np.ndarray:
+        """Return the cost of a crash to each agent's objective."""
+        crash = self.model.crash
+        return np.full(2, crash.sum()) if self.kind == "optimum" else crash
+
+    def body(self, agent: int, clock: int) -> Body:
+        """Return an agent as the kernels take it."""
+        return make_body(self.model, agent, clock, 0.5 if self.kind == "optimum" else 1.0)
+
+
+def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
+    """Return ``agent`` of ``model`` at ``clock`` as the kernels take it."""
+    mover, grid = model.game.agents[agent], model.grids[agent]
+    control = set_at(mover.control, clock)
+    actions = action_set(mover, grid, control)
+    n, m = mover.state_dim, mover.control_dim
+    A, B = np.eye(AXES), np.zeros((AXES, m))
+    A[:n, :n], B[:n] = mover.A, mover.B
+    ends = actions @ B.T
+    low, high = control.bounds
+    lattice = [np.unique(np.abs(actions[:, q]).round(9)) for q in range(m)]
+    spacing = [
+        np.diff(values).max() if values.size > 1 else high[q] - low[q]
+        for q, values in enumerate(lattice)
+    ]
+    return Body(
+        grid.low, grid.step, np.array(grid.shape), A, B, control.normals, control.offsets, actions,
+        np.stack([ends.min(axis=0), ends.max(axis=0)]), np.array(spacing), mover.effort,
+        model.stays(agent).reshape(grid.shape).astype(np.float64), float(model.crash[agent]), share,
+    )  # fmt: skip
+
+
+class FeedbackPlayer:
+    """Plays one agent of a feedback solution from the states of both and the clock."""
+
+    information = "full state"
+
+    def __init__(self, policy: Policy, agent: int) -> None:
+        self.policy, self.agent = policy, agent
+        self._bodies: dict[tuple[int, tuple[int, int]], Body] = {}
+        self._observer = Observer(policy.model.game, policy.model.rules, 1 - agent)
+
+    def act(self, view: View) -> np.ndarray:
+        """Return actions (C, m)."""
+        mover = self.policy.model.game.agents[self.agent]
+        action = np.zeros((len(view.clock), mover.control_dim))
+        for clock in np.unique(view.clock).tolist():
+            now = view.in_traffic[:, self.agent] & (view.clock == clock)
+            both = now & view.in_traffic[:, 1 - self.agent]
+            alone = np.flatnonzero(now & ~both)
+            if both.any():
+                rows = np.flatnonzero(both)
+                action[rows] = self._together(view.state[rows], clock)
+            if alone.size:
+                action[alone] = self._alone(view.state[alone, self.agent], clock)
+        return action
+
+    def nearest_actions(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return the grid's actions (C, m) at the grid states nearest to ``states`` (C, 2, n).
+
+        Unlike :meth:`act` it does not look ahead; all agents are in traffic.
+        """
+        policy, own = self.policy, self.agent
+        at = [policy.model.grids[i].nearest(self._padded(states[:, i], i)) for i in range(2)]
+        choice = policy.stages.choice[policy.row(clock)]
+        kept = choice[own if len(choice) == 2 else 0, at[0], at[1]]
+        return self._body(own, clock).actions[kept]
+
+    def _together(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return actions at the joint ``states`` (C, 2, n)."""
+        policy, own = self.policy, self.agent
+        row, model = policy.row(clock), policy.model
+        bodies = [self._body(i, clock) for i in range(2)]
+        harms = [model.harm(i, clock) for i in range(2)]
+        size = np.max([self._window(body) for body in bodies], axis=0)
+        at = [self._padded(states[:, i], i) for i in range(2)]
+        actions = [np.zeros((len(states), body.B.shape[1])) for body in bodies]
+        if policy.partner is None:
+            decide_jointly(bodies[0], bodies[1], harms[0], harms[1],
+                           np.ascontiguousarray(policy.fields(row)), policy.crash(),
+                           model.risk, policy.stages.choice[row], np.stack(at,
+                           axis=1), size, *actions)  # fmt: skip
+            return actions[own]
+        ends = self._partner_ends(states, clock)
+        respond_everywhere(bodies[own], harms[own], policy.stages.fields[row, 0], own == 0,
+                           model.risk, policy.crash()[own], bodies[1 - own], at[own], at[1 -
+                           own], ends, size, actions[own])  # fmt: skip
+        return actions[own]
+
+    def _partner_ends(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return the other's states (C, 2) after the action that its player takes."""
+        policy, other = self.policy, 1 - self.agent
+        mover = policy.model.game.agents[other]
+        times = np.full(len(states), clock, dtype=np.int64)
+        actions = policy.partner.act(self._observer.view(states, times))  # type: ignore[union-attr]
+        if policy.model.rules.saturation == "clip":
+            actions = project(actions, set_at(mover.control, clock))
+        return after(mover, states[:, other], actions)
+
+    def _alone(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return actions at ``states`` (C, n) without the other agent."""
+        policy, grid = self.policy, self.policy.model.grids[self.agent]
+        body = self._body(self.agent, clock)._replace(share=1.0)
+        actions = np.zeros((len(states), body.B.shape[1]))
+        alone = policy.stages.alone[self.agent][policy.row(clock)].reshape(grid.shape)
+        decide_alone(body, policy.model.harm(self.agent, clock), alone.astype(np.float64),
+                     policy.model.risk, self._padded(states, self.agent), actions)  # fmt: skip
+        return actions
+
+    def _padded(self, states: np.ndarray, agent: int) -> np.ndarray:
+        return padded(states[..., : self.policy.model.game.agents[agent].state_dim])
+
+    def _window(self, body: Any) -> np.ndarray:
+        return np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
+
+    def _body(self, agent: int, clock: int) -> Body:
+        """Return an agent at ``clock``, made once per epoch."""
+        key = agent, self.policy.model.epoch(clock)
+        if key not in self._bodies:
+            self._bodies[key] = self.policy.body(agent, clock)
+        return self._bodies[key]

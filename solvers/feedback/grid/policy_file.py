@@ -1,0 +1,136 @@
+"""Files of feedback policies: NumPy arrays and a JSON text, without code.
+
+    about                       JSON: format, version, kind, game, rules, step, value, ...
+    fields, choice              the stages of :class:`solvers.feedback.grid.backward.Stages`
+    alone<i>                    the same for agent i alone
+
+Grids, noise and collisions are computed again from the game when a file is read.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ppg_env.env.rules import make_rules
+from ppg_env.errors import InputError, require
+from ppg_env.formats.game_file import game_from_tables, game_to_tables
+from ppg_env.formats.plan_file import to_json
+from ppg_env.support.atomic_write import write_atomically
+from solvers.feedback.grid.backward import Stages
+from solvers.feedback.grid.feedback_solution import FeedbackSolution
+from solvers.feedback.grid.joint_model import make_joint_model
+from solvers.feedback.grid.player import Policy
+
+FORMAT = "path-planning-games/feedback"
+VERSION = 1
+REMEDY = "give a file that write_feedback wrote"
+
+FIGURES = ("kind", "agents", "value", "step", "stationary", "without_equilibrium", "memory")
+"""Attributes of a solution that are written as they are."""
+
+
+def write_feedback(path: str | Path, solution: FeedbackSolution, *, last: bool = False) -> Path:
+    """Save an optimum or an equilibrium as an .npz file.
+
+    With ``last``, a stationary solution is saved as its last stage, which then stands for all.
+
+    Raises
+    ------
+    InputError
+        If the solution is a response: it needs the player that it responds to.
+    """
+    require(solution.kind != "response", "solution", "is a response", "save the player's actions")
+    stages = solution.policy.stages
+    kept = slice(-1 if last and solution.stationary else None, None)
+    arrays: dict[str, Any] = {f"alone{i}": stages.alone[i][kept] for i in solution.agents}
+    figures = {name: getattr(solution, name) for name in FIGURES}
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "game": game_to_tables(solution.game),
+        "rules": asdict(solution.rules),
+        "seconds": round(solution.seconds, 3),
+        **figures,
+    }
+    content = io.BytesIO()
+    np.savez_compressed(
+        content, about=np.array(to_json(about)), fields=stages.fields[kept],
+        choice=stages.choice[kept], **arrays,
+    )  # fmt: skip
+    return write_atomically(path, content.getvalue())
+
+
+def read_feedback(path: str | Path) -> FeedbackSolution:
+    """Load a feedback solution; no code of the file is run.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, was not written by :func:`write_feedback`, or is damaged.
+    """
+    source = str(path)
+    try:
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as arrays:
+            about = json.loads(str(arrays["about"]))
+            return _solution(source, about, arrays)
+    except FileNotFoundError:
+        raise InputError(source, "does not exist", "check the path") from None
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
+        raise InputError(source, f"cannot be read ({type(error).__name__})", REMEDY) from None
+    except zipfile.BadZipFile:
+        raise InputError(source, "cannot be read (no archive)", REMEDY) from None
+
+
+def is_feedback(path: str | Path) -> bool:
+    """Return whether a file says that it holds feedback policies; it may still be damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return f'"{FORMAT}"' in str(arrays["about"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+        return False
+
+
+def _solution(source: str, about: Any, arrays: Any) -> FeedbackSolution:
+    """Return the solution in a file; errors of all kinds pass through."""
+    known = isinstance(about, dict) and about.get("format") == FORMAT
+    require(known, source, "is not a file of feedback policies", REMEDY)
+    require(
+        about.get("version") == VERSION,
+        source,
+        f"has version {about.get('version')!r}",
+        f"solve again with this release, which reads version {VERSION}",
+    )
+    game = game_from_tables(about["game"], "game")
+    model = make_joint_model(game, make_rules(game, **about["rules"]), float(about["step"]))
+    fields, choice = arrays["fields"], arrays["choice"]
+    agents = tuple(int(i) for i in about["agents"])
+    alone = {i: arrays[f"alone{i}"] for i in agents}
+    fits = fields.shape[2:] == choice.shape[2:] == model.shape and choice.shape[1] == 2
+    fits = fits and len(fields) == len(choice) and choice.max() < model.most_actions
+    require(fits, source, "does not fit its game", REMEDY)
+    stationary = bool(about["stationary"])
+    return FeedbackSolution(
+        game=model.game,
+        rules=model.rules,
+        kind=str(about["kind"]),
+        agents=agents,
+        value=tuple(float(v) for v in about["value"]),
+        step=model.step,
+        stages=len(choice),
+        stationary=stationary,
+        without_equilibrium=float(about["without_equilibrium"]),
+        memory=int(about["memory"]),
+        seconds=float(about["seconds"]),
+        policy=Policy(
+            model, str(about["kind"]), Stages(fields, choice, alone, {}, stationary, 0.0)
+        ),
+    )

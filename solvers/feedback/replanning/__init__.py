@@ -1,0 +1,1 @@
+"""Players that plan again for all agents at every step."""
