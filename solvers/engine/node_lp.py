@@ -28,9 +28,12 @@ from solvers.engine.fixed_arrival_lp import FixedProgram, tangent
 CURVATURE = 1e-8
 """A tangent is added where the weighted loss exceeds the relaxed one by more than this."""
 
-MOST_TANGENTS = {"instants": 1200, "swept": 200}
-"""Tangents beyond which those that no longer bind are dropped, by kind of collisions.  Between 100
-and 400 the search is fastest; at instants, stored studies keep the paths of their searches."""
+MOST_TANGENTS = 200
+"""Tangents beyond which those that no longer bind are dropped.  Between 100 and 400 the search is
+fastest."""
+
+MOST_AT_INSTANTS = 1200
+"""The same at instants without obstacles, where stored studies keep the paths of searches."""
 
 TANGENT = (-1, -1)
 """Mark of the row of a tangent."""
@@ -65,7 +68,8 @@ class Relaxation:
             self._lp.setOptionValue(name, value)
         self._lp.passModel(program.highs_model())
         self._first, self._rows = self._lp.getNumRow(), list[tuple[int, int] | None]()
-        self._most_tangents = MOST_TANGENTS[program.game.collisions]
+        stored = program.game.collisions == "instants" and not program.game.obstacles
+        self._most_tangents = MOST_AT_INSTANTS if stored else MOST_TANGENTS
         self.active: list[int] = []
 
     def add_cut(self, encounters: Sequence[int], least: float) -> None:
