@@ -5,7 +5,8 @@ Rows of three kinds are added:
 
     faces       a_p' (r_i - r_j) - b_p >= unit_p s      while the node has chosen face p, one row
                                                         per instant
-    tangents    l >= c(q) + c'(q) (s - q)               at the margins of solutions, kept
+    tangents    l >= c(q) + c'(q) (s - q)               at the margins of solutions, kept until
+                                                        there are many
     cuts        sum_e omega_e sum_t l_et >= least       kept
 """
 
@@ -26,6 +27,16 @@ from solvers.engine.fixed_arrival_lp import FixedProgram, tangent
 
 CURVATURE = 1e-8
 """A tangent is added where the weighted loss exceeds the relaxed one by more than this."""
+
+MOST_TANGENTS = 200
+"""Tangents beyond which those that no longer bind are dropped.  Between 100 and 400 the search is
+fastest."""
+
+MOST_AT_INSTANTS = 1200
+"""The same at instants without obstacles, where stored studies keep the paths of searches."""
+
+TANGENT = (-1, -1)
+"""Mark of the row of a tangent."""
 
 REFINEMENTS = 30
 """Largest number of rounds of tangents in one node; two or three are usual."""
@@ -57,6 +68,8 @@ class Relaxation:
             self._lp.setOptionValue(name, value)
         self._lp.passModel(program.highs_model())
         self._first, self._rows = self._lp.getNumRow(), list[tuple[int, int] | None]()
+        stored = program.game.collisions == "instants" and not program.game.obstacles
+        self._most_tangents = MOST_AT_INSTANTS if stored else MOST_TANGENTS
         self.active: list[int] = []
 
     def add_cut(self, encounters: Sequence[int], least: float) -> None:
@@ -69,12 +82,8 @@ class Relaxation:
 
     def set_faces(self, choice: Choice) -> None:
         """Replace the faces that hold by those of ``choice``."""
-        keep = set(choice)
-        obsolete = [n for n, face in enumerate(self._rows) if face is not None and face not in keep]
-        if obsolete:
-            numbers = np.array(obsolete, dtype=np.int32) + self._first
-            self._lp.deleteRows(len(numbers), numbers)
-            self._rows = [face for face in self._rows if face is None or face in keep]
+        keep = {None, TANGENT, *choice}
+        self._delete([n for n, face in enumerate(self._rows) if face not in keep])
         for face in choice:
             if face not in self._rows:
                 for row in self.program.face_rows(*face):
@@ -128,9 +137,31 @@ class Relaxation:
     def _add(
         self, face: tuple[int, int] | None, least: float, columns: np.ndarray, values: np.ndarray
     ) -> None:
-        """Add the row of a chosen face, or a permanent row if ``face`` is None."""
+        """Add the row of a chosen face or a tangent, or that of a cut if ``face`` is None."""
         self._lp.addRow(least, inf, len(columns), columns, values)
         self._rows.append(face)
+
+    def _delete(self, obsolete: list[int]) -> None:
+        """Delete added rows, which ``obsolete`` numbers in ascending order."""
+        if obsolete:
+            numbers = np.array(obsolete, dtype=np.int32) + self._first
+            self._lp.deleteRows(len(numbers), numbers)
+            gone = set(obsolete)
+            self._rows = [face for n, face in enumerate(self._rows) if n not in gone]
+
+    def _drop_tangents(self) -> None:
+        """Delete the tangents that do not bind, if there are many.
+
+        Where most of them bind, the limit is raised.
+        """
+        tangents = [n for n, face in enumerate(self._rows) if face == TANGENT]
+        if len(tangents) <= self._most_tangents:
+            return
+        duals = np.array(self._lp.getSolution().row_dual)[self._first :]
+        loose = [n for n in tangents if duals[n] == 0]
+        if len(loose) < len(tangents) / 2:
+            self._most_tangents = 2 * len(tangents)
+        self._delete(loose)
 
     def _run(self) -> Any:
         """Solve the program; if that fails, solve it without a basis by the dual simplex method."""
@@ -153,11 +184,14 @@ class Relaxation:
         margins = np.clip(point[self.faces.margin_columns[on]], 0.0, self.faces.caps[on])
         errors = objective.loss(self.program.game, margins) - point[self.faces.losses[on]]
         missing = False
-        for n in np.flatnonzero(errors * self.faces.weights[on] > CURVATURE).tolist():
+        wrong = np.flatnonzero(errors * self.faces.weights[on] > CURVATURE).tolist()
+        if wrong:
+            self._drop_tangents()
+        for n in wrong:
             if line := tangent(self.program.game, float(margins[n])):
                 disjunction = self.program.disjunctions[on[n]]
                 columns = np.array([disjunction.loss, disjunction.margin], dtype=np.int32)
-                self._add(None, line[1], columns, np.array([1.0, -line[0]]))
+                self._add(TANGENT, line[1], columns, np.array([1.0, -line[0]]))
                 missing = True
         return missing
 
