@@ -31,7 +31,7 @@ QUESTION = (
 TWO = tuple(name for name in PAPER if name != "intersection3")
 """The scenarios of the paper with two agents."""
 
-CHOICE = Choice(TWO, ("l1",), (0.5, 0.8), episodes=50_000)
+CHOICE = Choice(TWO, ("l1",), (0.8,), episodes=50_000)
 
 SHORT = ("plan\nnash", "plan\nsocial", "re-plan\nnash", "re-plan\nsocial", "feedb.\nnash",
          "feedb.\nsocial", "ppo\nselfish", "ppo\nsocial")  # fmt: skip
