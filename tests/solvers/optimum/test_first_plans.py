@@ -17,7 +17,7 @@ from tests.oracles.mixed_games import mixed_game
 
 
 def merge(collisions="instants") -> Game:
-    """Two cars that merge into one lane beside a ramp."""
+    """Two cars that merge into one lane next to a ramp."""
     control = Polytope.from_vertices([[0, -1.5], [6, -1.5], [6, 1.5], [0, 1.5]])
     body = Polytope.box([4.5, 2.0])
     ways = [([0.0, 1.75], [48.0, 5.25]), ([0.0, 5.25], [48.0, 5.25])]
