@@ -9,7 +9,9 @@ from ppg_env.game import objective
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver
 from solvers.engine.arrival_search import engine_search
+from solvers.engine.node_lp import TANGENT, Relaxation
 from solvers.solution import Status
+from tests.oracles.mixed_games import mixed_game
 
 
 class Steps(Budget):
@@ -56,3 +58,28 @@ def test_it_is_deterministic():
 def test_its_name_is_known_in_any_letters():
     assert check_solver("engine") == ENGINE
     assert check_solver("highs") == "HIGHS"
+
+
+@pytest.mark.parametrize("seed", [9, 12, 36, 50])
+def test_tangents_that_are_dropped_change_no_optimum(seed, monkeypatch):
+    weights = objective.social(mixed_game(seed, in_motion=True).game)
+    rows = Relaxation._drop_tangents
+    most = []
+
+    def count(relaxation):
+        rows(relaxation)
+        most.append(sum(row == TANGENT for row in relaxation._rows))
+
+    monkeypatch.setattr(Relaxation, "_drop_tangents", count)
+    results, counts = [], []
+    for limit in (10**9, 20):
+        most.clear()
+        monkeypatch.setattr("solvers.engine.node_lp.MOST_TANGENTS", limit)
+        monkeypatch.setattr("solvers.engine.node_lp.MOST_AT_INSTANTS", limit)
+        results.append(engine_search(weights, (0, 1), None, Budget(None)))
+        counts.append(max(most))
+    unlimited, limited = results
+    assert limited.status is unlimited.status is Status.OPTIMAL
+    assert limited.value == pytest.approx(unlimited.value, rel=1e-7, abs=1e-7)
+    assert limited.bound == pytest.approx(unlimited.bound, rel=1e-7, abs=1e-7)
+    assert counts[1] < counts[0]
