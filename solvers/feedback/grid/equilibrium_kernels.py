@@ -15,8 +15,9 @@ EQUILIBRIUM, ENUMERATED, NONE = range(3)
 """How the actions of a state were found: by best responses, by enumeration, or as the pair of
 least regret because no pair is an equilibrium."""
 
-SLACK = 1e-6
-"""A deviation that gains no more than this counts as none."""
+SLACK = 1e-4
+"""A deviation that gains no more than this counts as none; without it, rounding makes actions of
+equal cost alternate."""
 
 
 @njit(cache=True, parallel=True)
@@ -39,20 +40,22 @@ def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach
                 if (turn % 2 == 0) != swapped:
                     near = is_near(risk, False, second.points[y], first.points[x],
                                    reach_second[y], first.ends[x, a])  # fmt: skip
-                    new, _ = best_move(other_fields, second, risk, False, crash[1], y,
+                    new, least = best_move(other_fields, second, risk, False, crash[1], y,
                                        first.points[x], first.index[x, a], first.weight[x, a],
                                        first.ends[x, a], first.stays[x, a], near,
                                        values[1])  # fmt: skip
-                    settled = settled + 1 if new == b and turn > 0 else 0
-                    b = new
+                    stays = values[1][b] <= least + SLACK
+                    settled = settled + 1 if stays and turn > 0 else 0
+                    b = b if stays else new
                 else:
                     near = is_near(risk, True, first.points[x], second.points[y],
                                    reach_first[x], second.ends[y, b])  # fmt: skip
-                    new, _ = best_move(own_fields, first, risk, True, crash[0], x, second.points[y],
+                    new, least = best_move(own_fields, first, risk, True, crash[0], x, second.points[y],
                                        second.index[y, b], second.weight[y, b], second.ends[y, b],
                                        second.stays[y, b], near, values[0])  # fmt: skip
-                    settled = settled + 1 if new == a and turn > 0 else 0
-                    a = new
+                    stays = values[0][a] <= least + SLACK
+                    settled = settled + 1 if stays and turn > 0 else 0
+                    a = a if stays else new
                 if settled >= 1:
                     break
             how[x, y] = EQUILIBRIUM

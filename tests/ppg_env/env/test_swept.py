@@ -12,6 +12,7 @@ from scipy.optimize import linprog
 
 from ppg_env import Agent, Game, Polytope, make_game
 from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.rules import Rules
 from ppg_env.env.status import ARRIVED
 from ppg_env.game.compiled_margins import crossing, inside
 from ppg_env.game.hulls import corners_of_points
@@ -183,8 +184,9 @@ def test_replanning_counts_from_now_and_around_what_is_parked(*, social: bool) -
     sweeper = Obstacle(body, [[60.0, 80.0 - 8.0 * t] for t in range(13)], noise=0.2)
     game = Game(agents, (closed, sweeper), horizon=16, collisions="swept", on_goal="stay")
     profile = best_response_dynamics(game).profile
-    players = replanning(game, profile, social=social)
-    env = PathPlanningEnv(game)
+    rules = Rules(tolerance=0.5)
+    players = replanning(game, profile, social=social, rules=rules)
+    env = PathPlanningEnv(game, tolerance=0.5)
     env.reset(seed=0)
     env.simulator.tables.root[:] = 0.0
     while env.agents:
