@@ -13,10 +13,15 @@ def first(count: int, values: Iterable[Any]) -> list[Any]:
     return [_marked(value, k >= count) for k, value in enumerate(values)]
 
 
-def slow_if(costly: Callable[[Any], bool], values: Iterable[Any]) -> list[Any]:
-    """The values, the costly ones marked as slow."""
-    return [_marked(value, costly(value)) for value in values]
+def slow_if(
+    costly: Callable[[Any], bool],
+    values: Iterable[Any],
+    nightly: Callable[[Any], bool] = lambda _value: False,
+) -> list[Any]:
+    """The values, the costly ones marked as slow, and some of them as nightly."""
+    return [_marked(value, costly(value), nightly(value)) for value in values]
 
 
-def _marked(value: Any, slow: bool) -> Any:
-    return pytest.param(value, marks=pytest.mark.slow) if slow else value
+def _marked(value: Any, slow: bool, nightly: bool = False) -> Any:
+    marks = [pytest.mark.slow] * slow + [pytest.mark.nightly] * nightly
+    return pytest.param(value, marks=marks) if marks else value

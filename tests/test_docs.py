@@ -64,13 +64,17 @@ def words(command: str) -> list[str]:
 def takes_long(page: Path) -> bool:
     """Whether the commands of a page take more than a few seconds, even shortened."""
     return (
-        page.name in ("README.md", "fly.md", "learning.md", "risk.md", "sweeps.md")
+        page.name in ("README.md", "fly.md", "learning.md", "play.md", "risk.md", "sweeps.md")
         or page.parent.name == "studies"
     )
 
 
 @pytest.mark.usefixtures("short_trainings")
-@pytest.mark.parametrize("page", slow_if(takes_long, PAGES), ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page",
+    slow_if(takes_long, PAGES, lambda page: page.name == "play.md"),
+    ids=lambda page: page.name,
+)
 def test_commands_run_in_the_order_of_the_page(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,7 +121,13 @@ COMPARISONS = [
 
 
 @pytest.mark.parametrize(
-    "printed", slow_if(lambda printed: "ppo" in printed[0], COMPARISONS), ids=lambda pair: pair[0]
+    "printed",
+    slow_if(
+        lambda printed: "ppo" in printed[0],
+        COMPARISONS,
+        nightly=lambda printed: "feedback-nash" in printed[0],
+    ),
+    ids=lambda pair: pair[0],
 )
 def test_printed_comparisons_are_current(
     printed: tuple[str, str], ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -134,7 +144,7 @@ def test_printed_comparisons_are_current(
 
 def test_the_readme_compares_planners_and_learned_players() -> None:
     assert len(COMPARISONS) >= 2
-    assert sum("ppo" in command for command, _ in COMPARISONS) == 1
+    assert sum("ppo" in command for command, _ in COMPARISONS) == 2
 
 
 REGRET = "regret <="

@@ -45,6 +45,7 @@ class Grid:
     arena: str | None = None
     episodes: int = 10_000
     groups: int = 1
+    deviation: str | None = None
     solver: str = "ENGINE"
     time_limit: float | None = None
     node_limit: int | None = None
@@ -60,6 +61,7 @@ class Grid:
                 arena,
                 self.episodes,
                 self.groups,
+                self.deviation,
                 solver=self.solver,
                 time_limit=self.time_limit,
                 node_limit=self.node_limit,
@@ -188,6 +190,7 @@ READERS: dict[str, Callable[[str, Any], Any]] = {
     "arena": _word,
     "episodes": _whole,
     "groups": _whole,
+    "deviation": _word,
     "solver": _word,
     "time_limit": _seconds,
     "node_limit": _whole,

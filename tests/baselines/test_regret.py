@@ -42,6 +42,7 @@ def test_a_grid_is_used_where_it_applies() -> None:
         regret_bounds(three, straight_players(three), deviations=["grid"], episodes=100)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_response_on_a_grid_gains_more_than_a_plan() -> None:
     """It sees the other agent, and a plan does not."""

@@ -51,6 +51,7 @@ def test_crash_probabilities_are_timed(ppg):
     assert all(row["value"] > 0 for row in rows)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_feedback_policies_are_measured(ppg):
     rows = ppg("bench", "feedback", "--quick", "--json").json["measurements"]

@@ -24,7 +24,11 @@ GRID = ("feedback-nash", "feedback-social")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in GRID else []) for n in PLAYERS]
+    "name",
+    [
+        pytest.param(n, marks=[pytest.mark.slow, pytest.mark.nightly] if n in GRID else [])
+        for n in PLAYERS
+    ],
 )
 def test_a_player_accepts_options_that_exist_and_declares_what_it_sees(name):
     player = PLAYERS[name]

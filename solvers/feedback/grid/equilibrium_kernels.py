@@ -50,9 +50,10 @@ def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach
                 else:
                     near = is_near(risk, True, first.points[x], second.points[y],
                                    reach_first[x], second.ends[y, b])  # fmt: skip
-                    new, least = best_move(own_fields, first, risk, True, crash[0], x, second.points[y],
-                                       second.index[y, b], second.weight[y, b], second.ends[y, b],
-                                       second.stays[y, b], near, values[0])  # fmt: skip
+                    new, least = best_move(own_fields, first, risk, True, crash[0], x,
+                                           second.points[y], second.index[y, b],
+                                           second.weight[y, b], second.ends[y, b],
+                                           second.stays[y, b], near, values[0])  # fmt: skip
                     stays = values[0][a] <= least + SLACK
                     settled = settled + 1 if stays and turn > 0 else 0
                     a = a if stays else new

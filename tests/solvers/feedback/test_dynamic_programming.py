@@ -72,6 +72,7 @@ def test_agents_far_apart_cost_what_each_costs_alone():
     assert halved == pytest.approx(exact, rel=0.003)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_response_to_a_blind_player_is_no_worse_than_its_own_plan():
     game = following()
@@ -83,6 +84,7 @@ def test_a_response_to_a_blind_player_is_no_worse_than_its_own_plan():
     assert response.value[0] == pytest.approx(after.mean(), rel=0.03)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_response_to_the_optimum_gains_and_to_an_equilibrium_does_not():
     game = following()
@@ -99,6 +101,7 @@ def test_a_response_to_the_optimum_gains_and_to_an_equilibrium_does_not():
     assert (social[1] - social[0]).mean() > -3 * (social[1] - social[0]).std() / 90
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
 def test_the_value_is_near_the_simulated_cost(collisions):

@@ -82,6 +82,7 @@ def test_an_agent_at_its_goal_costs_nothing_and_one_on_schedule_its_time() -> No
     assert solo_lower_bound(line(), 0, Rules(saturation="none")) == pytest.approx(0.5)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_double_integrator_needs_at_least_as_many_steps_as_without_noise() -> None:
     agent = Agent(
@@ -114,6 +115,7 @@ def meeting(**changes: object) -> Game:
     return Game(tuple(agents), horizon=15, objective="risk")
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_agents_that_meet_lose_more_than_they_need_alone_and_no_player_is_below() -> None:
     game = meeting()
@@ -125,6 +127,7 @@ def test_agents_that_meet_lose_more_than_they_need_alone_and_no_player_is_below(
         assert both / 2 <= cost.high
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_agents_that_never_meet_need_what_they_need_alone() -> None:
     game = meeting()
@@ -152,6 +155,7 @@ class Aside:
         return np.where(dodge[:, None], aside, self._way.act(view))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["head_on", "intersection", "parallel"])
 @pytest.mark.parametrize("speed", ["box", "l1"])

@@ -56,6 +56,7 @@ def test_replanning_costs_less_than_tracking_where_agents_meet(*, social: bool) 
     assert paired("head_on", "l1", 0.8, social=social, episodes=50).high < 0
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("social", [False, True])
 @pytest.mark.parametrize("lam", [0.1, 0.9])
@@ -156,6 +157,7 @@ def ring() -> Game:
     return Game(tuple(agents), horizon=15, objective="risk")
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("social", [False, True])
 @pytest.mark.parametrize("make", [double_integrators, ring])
