@@ -125,7 +125,7 @@ COMPARISONS = [
     slow_if(
         lambda printed: "ppo" in printed[0],
         COMPARISONS,
-        nightly=lambda printed: "feedback-nash" in printed[0],
+        nightly=lambda printed: "feedback" in printed[0],
     ),
     ids=lambda pair: pair[0],
 )

@@ -72,7 +72,9 @@ def test_topics_are_explained(ppg, topic):
 
 
 def test_a_topic_that_does_not_exist_is_refused(ppg):
-    assert "write compare or risk or regret or game" in ppg("explain", "magic", code=2).err
+    assert (
+        "write compare or risk or regret or feedback or game" in ppg("explain", "magic", code=2).err
+    )
 
 
 def test_the_version_is_printed(ppg):

@@ -79,7 +79,7 @@ def test_tensorboard_logs_are_written_when_asked(ppg, tmp_path):
 
 
 def test_regret_is_bounded_from_below_for_planners_and_learners(ppg, learned_file):
-    words = ["--steps", "0", "--episodes", "500", "--speed", "l1", "--json"]
+    words = ["--deviation", "planned", "--episodes", "500", "--speed", "l1", "--json"]
     for player in ("straight", str(learned_file)):
         report = ppg("regret", "intersection", "--player", player, *words).json
         assert [agent["agent"] for agent in report["agents"]] == ["agent_0", "agent_1"]
