@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,12 @@ import numpy as np
 
 from baselines.policy import Policy, Team, team_players
 from ppg_env.env.players import Player
-from ppg_env.errors import InputError, placed, require
+from ppg_env.errors import placed, require
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.formats.plan_file import to_json
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
+from ppg_env.support.archives import readable_archive
 from ppg_env.support.atomic_write import write_atomically
 
 FORMAT = "path-planning-games/learned"
@@ -123,16 +123,8 @@ def read_learned(path: str | Path) -> Learned:
         If the file is missing, was not written by :func:`write_learned`, or is damaged.
     """
     source = str(path)
-    try:
+    with readable_archive(source, REMEDY):
         learned = _read(source, Path(path).read_bytes())
-    except FileNotFoundError:
-        raise InputError(source, "does not exist", "check the path") from None
-    except InputError:
-        raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
-        raise InputError(source, f"cannot be read ({type(error).__name__})", REMEDY) from None
-    except zipfile.BadZipFile:
-        raise InputError(source, "cannot be read (no archive)", REMEDY) from None
     about, runs = learned.about, learned.runs
     lam = about.get("lam")
     complete = (

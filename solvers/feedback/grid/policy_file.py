@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from ppg_env.env.rules import make_rules
-from ppg_env.errors import InputError, require
+from ppg_env.errors import require
 from ppg_env.formats.game_file import game_from_tables, game_to_tables
 from ppg_env.formats.plan_file import to_json
+from ppg_env.support.archives import readable_archive
 from ppg_env.support.atomic_write import write_atomically
 from solvers.feedback.grid.backward import Stages
 from solvers.feedback.grid.feedback_solution import FeedbackSolution
@@ -76,18 +77,11 @@ def read_feedback(path: str | Path) -> FeedbackSolution:
         If the file is missing, was not written by :func:`write_feedback`, or is damaged.
     """
     source = str(path)
-    try:
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as arrays:
-            about = json.loads(str(arrays["about"]))
-            return _solution(source, about, arrays)
-    except FileNotFoundError:
-        raise InputError(source, "does not exist", "check the path") from None
-    except InputError:
-        raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
-        raise InputError(source, f"cannot be read ({type(error).__name__})", REMEDY) from None
-    except zipfile.BadZipFile:
-        raise InputError(source, "cannot be read (no archive)", REMEDY) from None
+    with (
+        readable_archive(source, REMEDY),
+        np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as arrays,
+    ):
+        return _solution(source, json.loads(str(arrays["about"])), arrays)
 
 
 def is_feedback(path: str | Path) -> bool:
