@@ -34,6 +34,7 @@ def test_every_scenario_survives_a_file_exactly(game: Game, tmp_path: Path) -> N
     assert game_to_toml(again) == game_to_toml(game)
 
 
+@examples(0.5)
 @given(games())
 def test_any_game_survives_a_file_exactly(game: Game) -> None:
     assert parse(game_to_toml(game)) == game

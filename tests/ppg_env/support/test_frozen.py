@@ -11,8 +11,10 @@ from hypothesis import given
 from ppg_env import Game, Plan, Polytope, make_game, make_plan
 from ppg_env.support.frozen import frozen_array
 from tests.ppg_env.strategies import games
+from tests.profiles import examples
 
 
+@examples(0.25)
 @given(games())
 def test_copies_are_equal_and_hash_alike(game: Game) -> None:
     for other in (copy.copy(game), copy.deepcopy(game), pickle.loads(pickle.dumps(game))):
