@@ -47,7 +47,7 @@ def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
         line[0].set_ylabel("cost / planned social")
         line[0].set_title(scenario, fontsize=9, loc="left")
         line[1].set_yscale("log")
-        line[1].set_ylabel("Pr(any agent crashes)")
+        line[1].set_ylabel("Pr(any overlap\nat the time steps)")
         line[1].grid(axis="y", alpha=0.3)
     for axes in grid[-1]:
         axes.set_xlabel("λ (weight of time)")
