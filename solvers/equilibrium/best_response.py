@@ -117,7 +117,11 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
         agent, name = game.agents[i], game.agent_names[i]
         if earliest_arrival(agent, game.horizon) is None:
             needed = sufficient_horizon(agent, LONGER * game.horizon)
-            remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
+            remedy = (
+                "allow controls that lead to the goal, or change its within or reserve"
+                if needed is None
+                else f"set the horizon to {needed} or more"
+            )
             return (
                 f"{name} cannot reach its goal within the horizon of {game.horizon} even alone; "
                 + remedy

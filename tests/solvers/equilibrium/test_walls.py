@@ -133,6 +133,14 @@ def test_advice_names_no_horizon_below_that_of_the_game():
     assert "around the obstacles within the horizon of 10; raise the horizon" in solution.advice
 
 
+def test_controls_that_lead_away_are_not_called_slow():
+    backwards = Polytope.from_vertices([[0.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]])
+    agent = mover([0.0, 0.0], [4.0, 0.0], Polytope.box([1.0, 1.0]), backwards, name="ann")
+    advice = best_response(flown((agent,), [], 10), 0).advice
+    assert "allow controls that lead to the goal" in advice
+    assert "speed" not in advice
+
+
 def test_a_room_is_called_closed_at_any_horizon():
     assert "every way is closed by obstacles; open" in best_response(sealed(), 0).advice
 
