@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ppg_env.game.between_steps import overlaps_between_steps
+from ppg_env.game.between_steps import StepOverlap, overlaps_between_steps
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
@@ -108,17 +108,26 @@ def _draw_moving_obstacles(axes: Axes, game: Game, times: Sequence[int]) -> None
 
 
 def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
-    """Mark where means pass through something between two time steps; the legend says when.
+    """Mark where means pass through something between two time steps; the legend says when."""
+    overlaps = overlaps_between_steps(game, profile)
+    if overlaps:
+        mark_overlaps(axes, game, profile, overlaps)
+
+
+def overlap_label(overlaps: Sequence[StepOverlap]) -> str:
+    """Return when the first of ``overlaps`` is and how deep, and the number of others."""
+    first = overlaps[0]
+    label = f"overlap between steps {first.step} and {first.step + 1}, by {first.depth:.3g}"
+    return label if len(overlaps) == 1 else f"{label}\n(and {len(overlaps) - 1} more)"
+
+
+def mark_overlaps(
+    axes: Axes, game: Game, profile: Profile, overlaps: Sequence[StepOverlap]
+) -> None:
+    """Mark ``overlaps`` between steps by crosses, with a legend.
 
     The outlines of agents and moving obstacles at those moments are dotted.
     """
-    overlaps = overlaps_between_steps(game, profile)
-    if not overlaps:
-        return
-    deepest = overlaps[0]
-    label = f"overlap between steps {deepest.step} and {deepest.step + 1}, by {deepest.depth:.3g}"
-    if len(overlaps) > 1:
-        label += f"\n(and {len(overlaps) - 1} more)"
     for overlap in overlaps:
         bodies = [(game.agents[i].shape, profile[i].means[:, : game.dim]) for i in overlap.agents]
         if overlap.obstacle is not None:
@@ -137,7 +146,7 @@ def _mark_overlaps(axes: Axes, game: Game, profile: Profile) -> None:
         markersize=10,
         color=CROSS,
         markeredgecolor="white",
-        label=label,
+        label=overlap_label(overlaps),
         zorder=7,
     )
     axes.legend(fontsize=6, loc="best", framealpha=0.6, handletextpad=0.2, borderpad=0.3)

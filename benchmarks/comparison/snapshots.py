@@ -13,10 +13,11 @@ import numpy as np
 from benchmarks.comparison.report import game_name
 from benchmarks.figures import new_figure, write_figure
 from ppg_env.errors import require
+from ppg_env.game.between_steps import overlaps_between_steps
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.game.workspace import workspace_limits, workspace_rows
-from ppg_env.plotting import COLOURS, outline, plane
+from ppg_env.plotting import COLOURS, mark_overlaps, outline, overlap_label, plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +37,9 @@ BORDER = 0.04
 def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: str) -> None:
     """Write a PNG with a panel for each of ``times``.
 
+    Crosses mark where means pass through something during the step that ends at the time of a
+    panel; a line below the panels states the deepest such overlap of the plan.
+
     Raises
     ------
     InputError
@@ -50,6 +54,7 @@ def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: 
         f"has {beyond[:1]}",
         f"give times from 0 to {game.horizon}, as in 2,5",
     )
+    overlaps = overlaps_between_steps(game, profile)
     low, high = _view(game, profile)
     wide, tall = high - low
     columns = 1 if wide > WIDE * tall else len(times) if max(len(times), len(profile)) <= FEW else 2
@@ -66,8 +71,12 @@ def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: 
         axes.set_aspect("equal")
         axes.tick_params(labelsize=7)
         _draw(axes, game, profile, time)
+        during = [overlap for overlap in overlaps if overlap.step + 1 == time]
+        if during:
+            mark_overlaps(axes, game, profile, during)
     figure.suptitle(game_name(game), fontsize=10)
-    figure.supxlabel(LEGEND, fontsize=7)
+    note = "\n" + overlap_label(overlaps).replace("\n", " ") if overlaps else ""
+    figure.supxlabel(LEGEND + note, fontsize=7)
     write_figure(figure, path)
 
 

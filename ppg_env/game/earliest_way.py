@@ -37,6 +37,17 @@ def earliest_way(game: Game, index: int) -> int | None:
     return first + int(np.argmin(hit[first:]))
 
 
+def sealed(game: Game, index: int) -> bool:
+    """Return whether bodies at rest keep an agent from its goal, however long the horizon.
+
+    False proves nothing.  Where bodies keep apart at instants alone, no wall closes a way.
+    """
+    if game.collisions != "swept" or not has_walls(game, index):
+        return False
+    bodies = [body for body in barriers(game, index, {}) if body.rests]
+    return FreeSpace(game, index, bodies).sealed()
+
+
 def has_walls(game: Game, index: int) -> bool:
     """Return whether bodies that rest at all times confine an agent, and cells can show it."""
     at_rest = any(body.rests for body in barriers(game, index, {}))

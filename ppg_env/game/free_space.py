@@ -123,6 +123,16 @@ class FreeSpace:
                 break
         return box
 
+    def sealed(self) -> bool:
+        """Return whether the space around the start, or the goal, is bounded and lacks the other.
+
+        It is within the workspace and outside the bodies that rest; reachable sets do not bound it.
+        """
+        space = (np.full(len(self.start), -np.inf), np.full(len(self.start), np.inf))
+        near = self._box_of_bodies(*space)
+        ends = (self.goal, self.start), (self.start, self.goal)
+        return any(self._component(*near, *pair, space) is None for pair in ends)
+
     def _box_of_bodies(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the part of a box with start, goal, and all bodies that rest."""
         points = [self.start, self.goal]

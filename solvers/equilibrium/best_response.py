@@ -9,7 +9,7 @@ import numpy as np
 from ppg_env.errors import InputError, require
 from ppg_env.game.barriers import starts_at_goal
 from ppg_env.game.between_steps import overlap_times
-from ppg_env.game.earliest_way import earliest_way
+from ppg_env.game.earliest_way import earliest_way, sealed
 from ppg_env.game.game import Game
 from ppg_env.game.goal_hits import hit_arrivals
 from ppg_env.game.input_sets import LONGEST_HORIZON
@@ -117,7 +117,11 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
         agent, name = game.agents[i], game.agent_names[i]
         if earliest_arrival(agent, game.horizon) is None:
             needed = sufficient_horizon(agent, LONGER * game.horizon)
-            remedy = "raise its speed" if needed is None else f"set the horizon to {needed} or more"
+            remedy = (
+                "allow controls that lead to the goal, or change its within or reserve"
+                if needed is None
+                else f"set the horizon to {needed} or more"
+            )
             return (
                 f"{name} cannot reach its goal within the horizon of {game.horizon} even alone; "
                 + remedy
@@ -142,20 +146,32 @@ def _hit_at_goal(game: Game, agent: int) -> str | None:
             'or its goal, change the path of the obstacle, or write on_goal = "remove"'
         )
     needed = _sufficient(game, agent)
-    remedy = "move its goal" if needed is None else f"set the horizon to {needed} or more"
+    remedy = "move its goal" if needed is None else _raised(game.horizon, needed)
     return (
         f"{name} cannot arrive within the horizon of {game.horizon}: {closing} hits it at its goal "
         f"whenever it arrives; {remedy}, or change the path of the obstacle"
     )
 
 
+def _raised(horizon: int, needed: int) -> str:
+    """Return the remedy where an arrival takes ``needed`` steps or more.
+
+    Coarse cells, or obstacles that are gone later, may give a number below the horizon.
+    """
+    return f"set the horizon to {needed} or more" if needed > horizon else "raise the horizon"
+
+
+def _lengthened(game: Game) -> Game:
+    """Return the game with the longest horizon that is tried for advice."""
+    try:
+        return replace(game, horizon=min(LONGER * game.horizon, LONGEST_HORIZON))
+    except InputError:  # the game allows no such horizon
+        return game
+
+
 def _sufficient(game: Game, agent: int) -> int | None:
     """Return the least arrival that a longer horizon allows, if there is one."""
-    most = min(LONGER * game.horizon, LONGEST_HORIZON)
-    try:
-        return earliest_way(replace(game, horizon=most), agent)
-    except InputError:  # the game allows no such horizon
-        return None
+    return earliest_way(_lengthened(game), agent)
 
 
 def _walled_off(game: Game, agent: int) -> str:
@@ -164,13 +180,21 @@ def _walled_off(game: Game, agent: int) -> str:
     if needed is not None:
         return (
             f"{name} cannot reach its goal around the obstacles within the horizon of "
-            f"{game.horizon}; set the horizon to {needed} or more"
+            f"{game.horizon}; {_raised(game.horizon, needed)}"
         )
     parked = [] if game.on_goal == "remove" else _parked(game, agent)
     closing = " and ".join(["obstacles"] * bool(game.obstacles) + parked)
+    remedy = f"open a gap wider than the body of {name}"
+    longer = _lengthened(game)
+    if sealed(longer, agent):
+        return (
+            f"{name} cannot reach its goal: every way is closed by {closing}; {remedy}, "
+            "or move its start or goal"
+        )
     return (
-        f"{name} cannot reach its goal: every way is closed by {closing}; "
-        f"open a gap wider than the body of {name}, or move its start or goal"
+        f"{name} cannot reach its goal within the horizon of {game.horizon}, nor within one of "
+        f"{longer.horizon}: every way that short is closed by {closing}; {remedy}, move its start "
+        "or goal, or raise the horizon further"
     )
 
 

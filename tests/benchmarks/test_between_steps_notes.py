@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.comparison import pictures
+from benchmarks.comparison import pictures, snapshots
 from benchmarks.comparison.overlaps import between_steps_note
 from benchmarks.figures import new_figure
 from ppg_env import Game, Polytope, make_game, make_profile
@@ -183,6 +183,18 @@ def test_a_drawn_plan_has_a_cross_at_each_place_and_a_legend(ppg, tmp_path, coll
     assert cross.get_xydata().tolist() == [place["place"]]
     (text,) = axes.get_legend().get_texts()
     assert text.get_text() == f"overlap between steps 1 and 2, by {place['depth']:.3g}"
+
+
+def test_panels_have_a_cross_at_the_end_of_the_step_of_an_overlap(ppg, tmp_path, monkeypatch):
+    plan = tmp_path / "plan.json"
+    game = corridor(tmp_path / "game.toml", "instants", 4.0)
+    ppg("solve", game, "--solution", "social", "--out", plan)
+    figures = []
+    monkeypatch.setattr(snapshots, "write_figure", lambda figure, path: figures.append(figure))
+    snapshots.snapshots_picture(*read_plan(plan)[:2], [1, 2, 3], "unused.png")
+    marked = [any(line.get_marker() == "X" for line in axes.lines) for axes in figures[0].axes]
+    assert marked == [False, True, False]
+    assert "overlap between steps 1 and 2, by " in figures[0].get_supxlabel()
 
 
 def test_the_axis_of_crash_probabilities_names_the_event(ppg, narrow, tmp_path, monkeypatch):

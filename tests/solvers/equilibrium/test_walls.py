@@ -113,6 +113,38 @@ def test_a_horizon_that_is_too_short_for_the_way_around_is_named():
     assert "within the horizon of 11; set the horizon to 12 or more" in solution.advice
 
 
+def wall(height: float, speed: float) -> Game:
+    """A thin wall between a body and its goal, with ways around both ends."""
+    shape, control = Polytope.box([1.0, 1.0]), Polytope.box([2 * speed, 2 * speed])
+    agent = mover([0.0, 0.0], [4.0, 0.0], shape, control, name="ann")
+    return flown((agent,), [block(2.0, -height, 2.001, height)], 10)
+
+
+def test_a_way_around_that_is_very_long_is_not_called_closed():
+    solution = best_response(wall(50.0, 1.0), 0)
+    assert solution.status is Status.UNREACHABLE
+    assert "nor within one of 100" in solution.advice
+    assert "raise the horizon further" in solution.advice
+
+
+def test_advice_names_no_horizon_below_that_of_the_game():
+    """Fast agents have coarse cells, which show no way of the horizon as too short."""
+    solution = best_response(wall(50.0, 9.0), 0)
+    assert "around the obstacles within the horizon of 10; raise the horizon" in solution.advice
+
+
+def test_controls_that_lead_away_are_not_called_slow():
+    backwards = Polytope.from_vertices([[0.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]])
+    agent = mover([0.0, 0.0], [4.0, 0.0], Polytope.box([1.0, 1.0]), backwards, name="ann")
+    advice = best_response(flown((agent,), [], 10), 0).advice
+    assert "allow controls that lead to the goal" in advice
+    assert "speed" not in advice
+
+
+def test_a_room_is_called_closed_at_any_horizon():
+    assert "every way is closed by obstacles; open" in best_response(sealed(), 0).advice
+
+
 def test_the_way_through_a_maze_is_found_and_proved_at_once():
     solution = best_response(maze(), 0)
     assert solution.status is Status.OPTIMAL
