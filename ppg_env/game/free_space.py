@@ -16,7 +16,7 @@ Where bodies move, a step is divided, so that they do not pass over cells in one
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -193,8 +193,11 @@ class FreeSpace:
                 cells.block(blocked, body.collision, body.path[:1], self._rounding)
         return blocked
 
-    def arrivals(self) -> Iterator[int]:
-        """Yield the times at which the goal may be reached, in ascending order."""
+    def arrivals(self, stop: Callable[[], bool] | None = None) -> Iterator[int]:
+        """Yield the times at which the goal may be reached, in ascending order.
+
+        ``stop`` is asked before every step; if it says so, later times are not looked for.
+        """
         if self.cells is None:
             return
         always = self._blocked_always(self.cells)
@@ -202,6 +205,8 @@ class FreeSpace:
         moving = [body for body in self.bodies if not body.rests]
         self.reached = [reached]
         for t in range(len(self._lengths)):
+            if stop is not None and stop():
+                return
             moved, reached = self._advance(self.cells, reached, always, moving, t)
             # Cells round every step up; longer spans and reachable sets do not.
             near = ~self.cells.beyond(self._directions, self._upper[t + 1])

@@ -55,14 +55,14 @@ def find_first_plans(subproblem: Subproblem, least: int, budget: Budget) -> Firs
     (mover,) = subproblem.movers
     bodies = barriers(subproblem.game, mover, subproblem.given)
     space = FreeSpace(subproblem.game, mover, bodies)
-    possible = [t for t in space.arrivals() if t >= least]
+    possible = [t for t in space.arrivals(lambda: budget.out) if t >= least]
     arrivals = [possible[k] for k in TRIALS if k < len(possible)]
     if not arrivals:
-        return FirstPlans(None, None)
+        return FirstPlans(least if budget.out else None, None)
     best: PricedProfile | None = None
     for finer in FINENESS:
         sure = FreeSpace(subproblem.game, mover, bodies, inner=True, finer=finer)
-        last = next(sure.arrivals(), None)
+        last = next(sure.arrivals(lambda: budget.out), None)
         way = None if last is None else _way(sure, last)
         for arrival in arrivals:
             if best is not None and arrival >= (best.profile[mover].arrival or 0):
