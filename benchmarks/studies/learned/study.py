@@ -48,9 +48,9 @@ def _lines(rows: Sequence[StudyRow]) -> list[tuple[str, ...]]:
 
 
 NOTE = (
-    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: Pr(any overlap at the "
-    "time steps). self*, soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned and "
-    "learned*."
+    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: Pr(any overlap at "
+    "the time steps). self*, soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned "
+    "and learned*."
 )
 
 SHORT = ("nash", "soc.", "self*", "soc.*")
