@@ -28,7 +28,7 @@ from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
 from solvers.planner_options import PlannerOptions
 
-FORMAT = 2
+FORMAT = 3
 """Raise it whenever a cell gives another row than before, so that old rows are not found."""
 
 SELFISH = "selfish"
