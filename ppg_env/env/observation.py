@@ -85,14 +85,15 @@ def write_observations(
     """
     C, N = status.shape
     n, d = len(state_axes), len(axes)
-    inverse, share = 1.0 / scale, 1.0 / max_cycles
+    inverse, share, last = 1.0 / scale, 1.0 / max_cycles, goal.shape[0] - N
     for c in range(C):
         if marks[c] != marked:
             continue
+        row = min(c * N, last)
         for i in range(N):
             w = 0
             for k in range(n):
-                target = goal[i, k] if k < goal_size[i] else 0.0
+                target = goal[row + i, k] if k < goal_size[i] else 0.0
                 out[c, i, w] = (state[c, i, k] - target) * inverse
                 w += 1
             for k in range(d):
@@ -126,18 +127,18 @@ def write_obstacles(
     scale: float,
     out: np.ndarray,
 ) -> None:
-    """Write what agents observe of moving obstacles to the last entries of ``out``.
+    """Write what agents observe of moving obstacles, after the entries about other agents.
 
     The kernel compiles this function, a separate one because games without moving obstacles
     would be slower; arguments are as in :func:`write_observations`.
     """
-    C, N, W = out.shape
-    d, inverse = len(axes), 1.0 / scale
+    C, N, _ = out.shape
+    n, d, inverse = state.shape[2], len(axes), 1.0 / scale
     for c in range(C):
         if marks[c] != marked:
             continue
         for i in range(N):
-            w = W - path.shape[0] * (1 + 2 * d)
+            w = n + d + 2 + (N - 1) * (1 + n)
             for b in range(path.shape[0]):
                 rest, until = obstacle_times[b]
                 now, following = min(clock[c], rest), min(clock[c] + 1, rest)
