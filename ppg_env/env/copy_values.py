@@ -21,25 +21,32 @@ class CopyValues:
     ----------
     start, goal : (C, N, n) states.
     lam : (C, N) weights of time, the simulator's own array.
-    noise : (C, N) variance of the noise, per step and axis.
+    noise : (C, N, n, n) covariances of the noise of a step.
     size : (C, N) factors of the bodies.
     playing : (C, N) whether the agent plays.
     moved : (C,) whether a start or a goal is not the game's.
     """
 
     def __init__(self, game: Game, tables: Tables, lam: np.ndarray) -> None:
-        (C, N), n = lam.shape, tables.start.shape[1]
+        C, N = lam.shape
         self.game, self.base, self.lam = game, tables, lam
         self._all_roots = np.concatenate([np.tile(tables.root[:N], (C, 1, 1)), tables.root[N:]])
-        self.roots = self._all_roots[: C * N].reshape(C, N, n, n)
         self.start, self.goal = np.tile(tables.start, (C, 1, 1)), np.tile(tables.goal, (C, 1, 1))
-        self.variances = np.array([_variance(agent.noise, game.dim) for agent in game.agents])
-        self.noise, self.size = np.tile(self.variances, (C, 1)), np.ones((C, N))
+        self._noise = np.zeros(tables.root[:N].shape)
+        for own, agent in zip(self._noise, game.agents, strict=True):
+            own[: agent.state_dim, : agent.state_dim] = agent.noise
+        self.noise, self.size = np.tile(self._noise, (C, 1, 1, 1)), np.ones((C, N))
         self.playing, self.moved = np.ones((C, N), dtype=np.bool_), np.zeros(C, dtype=np.bool_)
         self._lam_before = np.full((C, N), np.nan)
 
+    @property
+    def roots(self) -> np.ndarray:
+        """Roots of the agents' noise (C, N, n, n), a view."""
+        C, N, n = self.start.shape
+        return self._all_roots[: C * N].reshape(C, N, n, n)
+
     def tables(self, tables: Tables) -> Tables:
-        """Return ``tables`` that hold these arrays, which later episodes change in place."""
+        """Return ``tables`` that hold these arrays."""
         n = self.start.shape[2]
         return tables._replace(
             playing=self.playing.reshape(-1),
@@ -61,7 +68,7 @@ class CopyValues:
         """Give copies the game's values; lam is the one from before it was set for an episode."""
         N, before = self.lam.shape[1], self._lam_before[rows]
         self.start[rows], self.goal[rows] = self.base.start, self.base.goal
-        self.roots[rows], self.noise[rows] = self.base.root[:N], self.variances
+        self.roots[rows], self.noise[rows] = self.base.root[:N], self._noise
         self.size[rows], self.playing[rows] = 1.0, True
         self.lam[rows] = np.where(np.isnan(before), self.lam[rows], before)
         self._lam_before[rows] = np.nan
@@ -73,7 +80,7 @@ class CopyValues:
             self.start[rows, i, :n], self.goal[rows, i, : goal.size] = agent.start, goal
             if given.fields["noise"][i]:
                 self.roots[rows, i, :n, :n] = square_root(agent.noise)
-                self.noise[rows, i] = _variance(agent.noise, self.game.dim)
+                self.noise[rows, i, :n, :n] = agent.noise
             if given.fields["lam"][i]:
                 self.set_number("lam", rows, i, np.full(len(rows), agent.lam))
         self.size[rows] = given.size
@@ -89,10 +96,12 @@ class CopyValues:
         if field == "lam":
             before = self._lam_before[rows, i]
             self._lam_before[rows, i] = np.where(np.isnan(before), self.lam[rows, i], before)
-        elif field == "noise":
+        if field == "noise":
             n = self.game.agents[i].state_dim
+            self.noise[rows, i, :n, :n] = values[:, None, None] * np.eye(n)
             self.roots[rows, i, :n, :n] = np.sqrt(values)[:, None, None] * np.eye(n)
-        getattr(self, field)[rows, i] = values
+        else:
+            getattr(self, field)[rows, i] = values
 
     def mark_moved(self, rows: np.ndarray) -> None:
         """Update ``moved``."""
@@ -105,7 +114,9 @@ class CopyValues:
         if field == "goal":
             values = (self.goal[rows][..., : self.game.dim] - centre) / scale
         elif field == "noise":
-            values = np.sqrt(self.noise[rows])[..., None] / scale
+            d = self.game.dim
+            variances = np.trace(self.noise[rows][..., :d, :d], axis1=2, axis2=3) / d
+            values = np.sqrt(variances)[..., None] / scale
         else:
             values = getattr(self, field)[rows][..., None]
         return np.asarray(values * self.playing[rows][..., None])
@@ -121,8 +132,6 @@ class CopyValues:
         agents = []
         for i in np.flatnonzero(self.playing[c]):
             agent, n = self.game.agents[i], self.game.agents[i].state_dim
-            root = self.roots[c, i, :n, :n]
-            same = np.array_equal(root, self.base.root[i, :n, :n])
             with placed(f"agent[{i}]"), warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of growing errors: the game has been reported
                 agent = replace(
@@ -130,7 +139,7 @@ class CopyValues:
                     start=self.start[c, i, :n],
                     goal=self.goal[c, i, : agent.goal.size],
                     lam=float(self.lam[c, i]),
-                    noise=agent.noise if same else root @ root.T,
+                    noise=self.noise[c, i, :n, :n],
                     shape=scaled(agent.shape, float(self.size[c, i])),
                 )
             agents.append(agent)
@@ -141,8 +150,3 @@ class CopyValues:
             self.start, self.goal, self.roots, self.noise, self.size, self.playing, self.lam,
             self._lam_before,
         )  # fmt: skip
-
-
-def _variance(noise: np.ndarray, dim: int) -> float:
-    """Return the variance per axis of a covariance's positions."""
-    return float(np.trace(noise[:dim, :dim]) / dim)

@@ -25,6 +25,7 @@ import numpy as np
 
 from ppg_env.env.copy_values import CopyValues
 from ppg_env.env.randomize import Randomize
+from ppg_env.errors import require
 from ppg_env.game.game import Game
 
 OBSERVED = ("lam", "noise", "size", "goal")
@@ -32,6 +33,8 @@ OBSERVED = ("lam", "noise", "size", "goal")
 
 class DrawnEntries:
     """The entries that a rule adds to the observations of a game's agents.
+
+    Raises :class:`InputError` if ``rule`` is no rule.
 
     Attributes
     ----------
@@ -41,7 +44,8 @@ class DrawnEntries:
     """
 
     def __init__(self, rule: Randomize | None, game: Game) -> None:
-        N = len(game.agents)
+        N, fits = len(game.agents), rule is None or isinstance(rule, Randomize)
+        require(fits, "randomize", f"is {rule!r:.40}", "give a Randomize")
         drawn = [] if rule is None else [f for f in OBSERVED if getattr(rule, f) is not None]
         shared = () if rule is None else rule.shared
         self.fields = [(f, game.dim if f == "goal" else 1, f in shared) for f in drawn]

@@ -39,7 +39,7 @@ class OwnBodies:
         self._extents = self._bounds.copy()
 
     def tables(self, tables: Tables) -> Tables:
-        """Return ``tables`` that hold these faces, which :meth:`resize` changes in place."""
+        """Return ``tables`` that hold these faces."""
         pair = tables.pair.copy()
         pair[:, 2], pair[:, 3] = self._first[:-1], self._first[1:]
         return tables._replace(

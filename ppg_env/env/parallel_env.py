@@ -37,7 +37,7 @@ class PathPlanningEnv(ParallelEnv):
     w ~ N(0, noise).  Control sets may change over time; the last one stays in force.
 
     **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game; an agent that the
-    game file names has that name.
+    game file names has that name.  Missing ones (``randomize``) are not among ``agents``.
 
     **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set (around
     all of them, if it changes over time), in lengths per step for the paper's dynamics.

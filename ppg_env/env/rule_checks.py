@@ -63,6 +63,9 @@ def _check(distribution: Distribution, field: str, game: Game, i: int) -> None:
         require(k == 0, field, f"draws points of {k} numbers", "draw numbers")
         own = own_number(field, game, i)
     else:
+        sizes = sorted({agent.dim, getattr(agent, field).size})
+        remedy = "draw points of " + " or ".join(map(str, sizes))
+        require(k in (0, *sizes), field, f"draws points of {k} numbers", remedy)
         own = getattr(agent, field)[: k or agent.dim]
     for value in distribution.extremes(own):
         if field == "size":

@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from ppg_env.env.arrays import Tables
+from ppg_env.env.arrival_regions import check_starts
 from ppg_env.env.copy_values import CopyValues
 from ppg_env.env.draw_streams import DrawStreams
 from ppg_env.env.draws import Draws
 from ppg_env.env.own_bodies import OwnBodies
-from ppg_env.env.placement import Placement, Places
+from ppg_env.env.placement import Placement
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import Given
 from ppg_env.env.rule_checks import check_rule, refuse_with_margins
@@ -89,6 +90,8 @@ class Variation:
             raise
         self._episodes[rows] += 1
         values.mark_moved(rows)
+        # Tables hold the arrays of the values: linked again, since a copied simulator has its own.
+        tables = values.tables(tables)
         if given is not None and given.fields["noise"].any():
             tables = self._with_coupled_noise(tables)
         return self._with_bodies(tables, rows)
@@ -99,17 +102,11 @@ class Variation:
 
     def _check_given(self, c: int) -> None:
         """Refuse values of copy c that are not those of a game."""
-        values, row = self.values, np.array([c])
-        places = Places(values.start[row], values.goal[row], values.size[row], values.playing[row])
         with placed("options"):
-            values.game_of(c)
-            for i in np.flatnonzero(values.playing[c]):
-                if self._placement.arrived(int(i), places)[0]:
-                    raise InputError(
-                        f"agent[{i}].start",
-                        "is inside the agent's arrival region, but not at its goal",
-                        "move it away from the goal, or onto it",
-                    )
+            agents = self.values.game_of(c).agents
+            if not self._base.scheduled:
+                halves = zip(agents, self._base.tolerance, strict=False)
+                check_starts(agents, [half[: agent.goal.size] for agent, half in halves])
 
     def _with_coupled_noise(self, tables: Tables) -> Tables:
         """Return tables in which agents whose noise couples axes are no longer separable."""
@@ -126,6 +123,5 @@ class Variation:
             if not (size[rows] != 1).any():
                 return tables
             self._bodies, rows = OwnBodies(self._game, len(size)), np.arange(len(size))
-            tables = self._bodies.tables(tables)
         self._bodies.resize(size, rows)
-        return tables
+        return self._bodies.tables(tables)
