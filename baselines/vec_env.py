@@ -32,7 +32,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
-from ppg_env.env.reset_options import refuse_missing_learner
+from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import InputError, require
@@ -132,15 +132,30 @@ class GameVecEnv(VecEnv):
         return [seed] * int(np.prod(self._shape))
 
     def reset(self) -> np.ndarray:
-        """Restart every copy; returns observations (slots, W)."""
-        all_copies = np.ones(len(self._action), dtype=bool)
-        self.simulator.reset()
-        self._draw_weights(all_copies)
+        """Restart every copy; returns observations (slots, W).
+
+        Options that ``set_options`` has set for all slots are values of the episodes that begin now
+        (:mod:`ppg_env.env.reset_options`); a given lam is not drawn.
+        """
+        options = self._common_options()
+        self.simulator.reset(options=options)
+        self._reset_options()
+        self._draw_weights(np.full(len(self._action), "lam" not in options))
         self._was_reset = True
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
         self._home = np.zeros(self._shape, dtype=bool)
         return self._observed(self.simulator.last.observation)
+
+    def _common_options(self) -> dict[str, Any]:
+        """Return the options of all slots; those of the only learner may be one point."""
+        options, *others = self._options
+        alike = all(other is options or not (other or options) for other in others)
+        require(alike, "options", "differ between slots", "set one dictionary for all of them")
+        if len(self.learners) == 1:
+            refuse_missing_learner(None, options, self.simulator.game, self.learners[0])
+            options = for_learner(options, self.learners[0])
+        return dict(options)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the learners' actions (slots, m) and ask the other players for theirs.

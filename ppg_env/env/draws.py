@@ -61,7 +61,10 @@ class Draws:
             self._draw_numbers(values, rows, source, free)
             if not (free["start"] or free["goal"] or free["size"]):
                 return
-            rows = rows[~self._draw_places(values, rows, source, free)]
+            fits = self._draw_places(values, rows, source, free)
+            if free["size"] or given is not None:  # else those that are not drawn fit
+                fits &= self._placement.valid(_places(values, rows))
+            rows = rows[~fits]
             if not rows.size:
                 return
         raise _hopeless(values, int(rows[0]))
@@ -85,11 +88,8 @@ class Draws:
     def _draw_places(
         self, values: CopyValues, rows: np.ndarray, source: _Source, free: Free
     ) -> np.ndarray:
-        """Draw starts and goals, and return (M,) whether all agents fit."""
-        check = self._placement
-        places = Places(
-            values.start[rows], values.goal[rows], values.size[rows], values.playing[rows]
-        )
+        """Draw starts and goals, and return (M,) whether all that are drawn fit."""
+        check, places = self._placement, _places(values, rows)
 
         def start_fits(i: int, some: Places, placed: np.ndarray) -> np.ndarray:
             fits = check.starts_fit(i, some, placed)
@@ -104,10 +104,10 @@ class Draws:
         def goal(i: int, tries: int, some: np.ndarray) -> np.ndarray:
             return self._points("goal", i, rows[some], source, tries)
 
-        check.draw(list(free["start"]), places.start, start_fits, places, start)
-        check.draw(list(free["goal"]), places.goal, goal_fits, places, goal)
+        fits = check.draw(list(free["start"]), places.start, start_fits, places, start)
+        fits &= check.draw(list(free["goal"]), places.goal, goal_fits, places, goal)
         values.start[rows], values.goal[rows] = places.start, places.goal
-        return check.valid(places)
+        return fits
 
     def _points(
         self, field: str, i: int, rows: np.ndarray, source: _Source, tries: int
@@ -130,6 +130,10 @@ class _Source:
     def uniform(self, rows: np.ndarray, *words: int, size: int = 1) -> np.ndarray:
         """Return numbers (M, size) of the copies ``rows``."""
         return self._streams.uniform(rows, self._episodes[rows], self._attempt, *words, size=size)
+
+
+def _places(values: CopyValues, rows: np.ndarray) -> Places:
+    return Places(values.start[rows], values.goal[rows], values.size[rows], values.playing[rows])
 
 
 def own_number(field: str, game: Game, i: int) -> np.ndarray:

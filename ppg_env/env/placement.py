@@ -103,14 +103,16 @@ class Placement:
         fit: Callable[[int, Places, np.ndarray], np.ndarray],
         places: Places,
         propose: Callable[[int, int, np.ndarray], np.ndarray],
-    ) -> None:
+    ) -> np.ndarray:
         """Draw places of the ``free`` agents, written to ``target`` (M, N, n).
+
+        Return (M,) whether all of them have found one.
 
         ``target`` belongs to ``places``; ``propose(i, attempt, rows)`` returns states of agent i
         in some copies, and ``fit`` is one of the two checks.
         """
         M, N = places.playing.shape
-        placed = np.ones((M, N), dtype=bool)
+        placed, found = np.ones((M, N), dtype=bool), np.ones(M, dtype=bool)
         placed[:, free] = False
         for i in free:
             rows = np.flatnonzero(places.playing[:, i])
@@ -121,6 +123,8 @@ class Placement:
                 some = Places(*(getattr(places, key)[rows] for key in vars(places)))
                 rows = rows[~fit(i, some, placed[rows])]
             placed[:, i] = True
+            found[rows] = False
+        return found
 
     def valid(self, places: Places) -> np.ndarray:
         """Return (M,) whether all playing agents fit."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from ppg_env.env.arrays import Tables
 from ppg_env.env.draws import own_number
@@ -77,7 +78,7 @@ def _check(distribution: Distribution, field: str, game: Game, i: int) -> None:
                 "give the body vertices around zero",
             )
             continue
-        changes = {field: float(value[0]) if field in SCALARS else value}
+        changes: dict[str, Any] = {field: float(value[0]) if field in SCALARS else value}
         if field not in SCALARS:
             changes[field] = whole_point(value, getattr(agent, field), agent.dim, field)
         with warnings.catch_warnings():

@@ -68,3 +68,21 @@ def test_a_rule_must_fit_the_learners_and_the_weights() -> None:
     assert env.reset().shape == (12, env.simulator.observation_size + 1)
     with pytest.raises(InputError, match="randomize"):
         env.set_attr("randomize", RULE)
+
+
+def test_options_of_all_slots_are_values_of_the_next_episodes() -> None:
+    env = GameVecEnv(make_game("head_on"), Rules(max_cycles=2), 3, learners=[1], weights=(0.1, 0.5))
+    env.set_options({"lam": 0.9, "start": [80.0, 60.0]})
+    seen = env.reset()
+    np.testing.assert_allclose(seen[:, -1], 0.9)
+    assert env.simulator.state[:, 1].tolist() == [[80.0, 60.0]] * 3
+    for _ in range(2):
+        seen, _, done, infos = env.step(np.zeros((3, 2)))
+    assert done.all()
+    assert all(info["terminal_observation"][-1] == np.float32(0.9) for info in infos)
+    assert (seen[:, -1] <= 0.5).all()
+    assert env.simulator.state[:, 1].tolist() == [[90.0, 50.0]] * 3
+    assert (env.reset()[:, -1] <= 0.5).all(), "options hold for one reset"
+    env.set_options([{"lam": 0.1}, {"lam": 0.2}, {}])
+    with pytest.raises(InputError, match="options: differ between slots"):
+        env.reset()

@@ -293,7 +293,7 @@ def test_lidar_measures_to_bodies_of_the_drawn_size() -> None:
     assert reach == pytest.approx(80.0 - 7.5 - 15.0)
 
 
-@pytest.mark.filterwarnings("ignore:No agents present but not all possible_agents")
+@pytest.mark.filterwarnings("ignore::UserWarning")  # limits, and agents that never play
 @pytest.mark.parametrize("sharing", ["selfish", "social"])
 def test_the_official_tests_pass_with_missing_agents(sharing: str) -> None:
     options: dict[str, Any] = {"randomize": EVERYTHING, "sharing": sharing}
