@@ -30,7 +30,7 @@ from ppg_env.support.validation import finite_array
 FIELDS = ("start", "goal", "lam", "noise", "size")
 SCALARS = ("lam", "noise", "size")
 
-Point = float | tuple[float, ...]
+Point = float | Sequence[float]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Uniform:
     def __post_init__(self) -> None:
         low, high = _frozen(self, "low"), _frozen(self, "high")
         require(
-            low.shape == high.shape and bool((low <= high).all()),
+            low.shape == high.shape and low.ndim < 2 and bool((low <= high).all()),
             "Uniform",
             f"is from {self.low} to {self.high}",
             "give two numbers or points of one length, low <= high",
@@ -55,7 +55,7 @@ class Uniform:
     @property
     def components(self) -> int:
         """Number of components of the points, 0 for numbers."""
-        return np.size(self.low) if isinstance(self.low, tuple) else 0
+        return len(self.low) if isinstance(self.low, tuple) else 0
 
     def draw(self, share: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Return values (M, k) for uniform numbers ``share`` (M, k)."""
@@ -76,7 +76,7 @@ class Near:
     def __post_init__(self) -> None:
         distance = _frozen(self, "distance")
         require(
-            bool((distance >= 0).all()),
+            distance.ndim < 2 and bool((distance >= 0).all()),
             "Near",
             f"has the distance {self.distance}",
             "give a number, or one per component, that is not negative",
@@ -85,7 +85,7 @@ class Near:
     @property
     def components(self) -> int:
         """Number of components of the points, 0 for one distance."""
-        return np.size(self.distance) if isinstance(self.distance, tuple) else 0
+        return len(self.distance) if isinstance(self.distance, tuple) else 0
 
     def draw(self, share: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Return values (M, k) around ``own`` (k,) for uniform numbers ``share`` (M, k)."""
@@ -100,7 +100,7 @@ class Near:
 class Choice:
     """One of ``values``, which are numbers or points of one length."""
 
-    values: tuple[Point, ...]
+    values: Sequence[Point]
 
     def __post_init__(self) -> None:
         listed = list(self.values) if isinstance(self.values, Iterable) else []
@@ -116,7 +116,8 @@ class Choice:
     @property
     def components(self) -> int:
         """Number of components of the points, 0 for numbers."""
-        return np.size(self.values[0]) if isinstance(self.values[0], tuple) else 0
+        first = self.values[0]
+        return len(first) if isinstance(first, tuple) else 0
 
     def draw(self, share: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Return values (M, k); the first of the uniform numbers ``share`` (M, .) decides."""

@@ -161,7 +161,7 @@ class Simulator:
 
         chosen = self._all if chosen is None else self._checked_choice(chosen)
         normals = None if noise is None else self._checked_noise(noise)
-        given = None if not options else read_options(self.game, options)
+        given = None if options is None else read_options(self.game, options)
         if given is not None or self.variation is not None:
             self.tables = self._varied().begin(self.tables, chosen, given)
         if normals is None:
