@@ -8,7 +8,7 @@ from ppg_env.env.arrays import Tables
 from ppg_env.env.copy_values import CopyValues
 from ppg_env.env.draw_streams import DrawStreams
 from ppg_env.env.placement import ROUNDS, Placement, Places
-from ppg_env.env.randomize import FIELDS, SCALARS, Distribution, Randomize
+from ppg_env.env.randomize import FIELDS, Distribution, Randomize
 from ppg_env.env.reset_options import Given
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
@@ -53,12 +53,14 @@ class Draws:
                 field: {i: one for i, one in each.items() if not given.fields[field][i]}
                 for field, each in free.items()
             }
-        counted = self._rule.agents is not None and (given is None or given.count is None)
+        source = _Source(streams, episodes, 0)
+        if self._rule.agents is not None and (given is None or given.count is None):
+            self._draw_counts(values, rows, source)
+        for field in ("lam", "noise"):  # like the numbers of agents, drawn once: places give way
+            self._draw_numbers(field, values, rows, source, free)
         for attempt in range(ROUNDS):
             source = _Source(streams, episodes, attempt)
-            if counted:
-                self._draw_counts(values, rows, source)
-            self._draw_numbers(values, rows, source, free)
+            self._draw_numbers("size", values, rows, source, free)
             if not (free["start"] or free["goal"] or free["size"]):
                 return
             fits = self._draw_places(values, rows, source, free)
@@ -75,15 +77,14 @@ class Draws:
         values.set_count(rows, counts[(share * len(counts)).astype(np.int64)])
 
     def _draw_numbers(
-        self, values: CopyValues, rows: np.ndarray, source: _Source, free: Free
+        self, field: str, values: CopyValues, rows: np.ndarray, source: _Source, free: Free
     ) -> None:
-        """Draw lam, noise and size."""
-        for field in SCALARS:
-            for i, distribution in free[field].items():
-                stream = 0 if field in self._rule.shared else i
-                share = source.uniform(rows, FIELDS.index(field), stream)
-                own = own_number(field, self._game, i)
-                values.set_number(field, rows, i, distribution.draw(share, own)[:, 0])
+        """Draw lam, noise or size."""
+        for i, distribution in free[field].items():
+            stream = 0 if field in self._rule.shared else i
+            share = source.uniform(rows, FIELDS.index(field), stream)
+            own = own_number(field, self._game, i)
+            values.set_number(field, rows, i, distribution.draw(share, own)[:, 0])
 
     def _draw_places(
         self, values: CopyValues, rows: np.ndarray, source: _Source, free: Free
