@@ -32,12 +32,22 @@ from ppg_env.tolerances import LARGEST
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
 
+SHARED, OWN = (), (0,)
+"""Whether copies share the rows of an array, or each has its own: by the lengths of these tuples
+the compiler makes two functions of one, of which the first pays nothing for the second."""
+
 
 @njit(inline="always")
 def _observe(g, marks, marked, state, status, clock, out):
     """Write the observations of the copies whose mark is ``marked``."""
-    _write_observations(g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
-                        g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
+    if g.goal.shape[0] > status.shape[1]:
+        _write_observations(OWN, g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
+                            g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay,
+                            out)  # fmt: skip
+    else:
+        _write_observations(SHARED, g.state_axes, g.axes, marks, marked, state, status, clock,
+                            g.goal, g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay,
+                            out)  # fmt: skip
     if g.path.size:
         _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
                          out)  # fmt: skip
@@ -70,10 +80,16 @@ def step(
         price_margins(g.axes, state, state, status, arrived, parked, clock, False, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
                       g.units, safety_cost)  # fmt: skip
-    _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
-          g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
-          g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
-          g.effort, arrived, time_cost)  # fmt: skip
+    if g.goal.shape[0] > status.shape[1]:
+        _move(OWN, g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A,
+              g.B, g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+              g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+              g.effort, arrived, time_cost)  # fmt: skip
+    else:
+        _move(SHARED, g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A,
+              g.B, g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+              g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+              g.effort, arrived, time_cost)  # fmt: skip
     if g.obstacle_times.size:
         _move_obstacles(g.state_axes, state, status.shape[1], clock, noise, g.path,
                         g.obstacle_times, g.root, g.drifting)  # fmt: skip
@@ -84,9 +100,14 @@ def step(
     if g.extents.size:
         sweep(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
               g.pair, g.own_faces, g.normals, g.depths, g.extents, crashed, overlap)  # fmt: skip
+    elif g.own_faces:
+        collide(OWN, g.axes, before, state, status, arrived, clock, g.swept, g.stay,
+                g.obstacle_times, g.pair, g.own_faces, g.normals, g.depths, crashed,
+                overlap)  # fmt: skip
     else:
-        collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
-                g.pair, g.own_faces, g.normals, g.depths, crashed, overlap)  # fmt: skip
+        collide(SHARED, g.axes, before, state, status, arrived, clock, g.swept, g.stay,
+                g.obstacle_times, g.pair, g.own_faces, g.normals, g.depths, crashed,
+                overlap)  # fmt: skip
     _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
             g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
             safety_cost, reward, terminated, truncated, over)  # fmt: skip
@@ -148,9 +169,9 @@ def _restart(
 
 @njit(cache=True)
 def _move(
-    state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, control_set,
-    projection, limits, edges, input_normals, input_offsets, first_row, goal, agent_codes,
-    tolerance, scheduled, lam, effort, arrived, time_cost,
+    own_rows, state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root,
+    control_set, projection, limits, edges, input_normals, input_offsets, first_row, goal,
+    agent_codes, tolerance, scheduled, lam, effort, arrived, time_cost,
 ):  # fmt: skip
     """Move agents in traffic by x' = A x + B u + root noise; charge time and effort, flag arrivals.
 
@@ -161,10 +182,10 @@ def _move(
     low, high, first_edge, first_input = limits[0], limits[1], first_row[0], first_row[1]
     goal_size, schedule, separable = agent_codes[0], agent_codes[1], agent_codes[2]
     inputs = agent_codes[3]
-    u, moved, last_row = np.empty(m), np.empty(n), goal.shape[0] - N
+    u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
-        own = min(c * N, last_row)
+        own = c * N * len(own_rows)
         clock[c] += 1
         for i in range(N):
             arrived[c, i] = False

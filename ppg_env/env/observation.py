@@ -64,6 +64,7 @@ def observation_frame(game: Game) -> tuple[np.ndarray, float]:
 
 
 def write_observations(
+    own_goals: tuple[int, ...],
     state_axes: tuple[int, ...],
     axes: tuple[int, ...],
     marks: np.ndarray,
@@ -81,15 +82,16 @@ def write_observations(
 ) -> None:
     """Write the observations of the copies whose mark is ``marked`` to ``out`` (C, N, entries).
 
-    The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.
+    The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.  Goals (N, n)
+    are those of all copies, or (C N, n) each one's own if ``own_goals`` is not empty.
     """
     C, N = status.shape
     n, d = len(state_axes), len(axes)
-    inverse, share, last = 1.0 / scale, 1.0 / max_cycles, goal.shape[0] - N
+    inverse, share = 1.0 / scale, 1.0 / max_cycles
     for c in range(C):
         if marks[c] != marked:
             continue
-        row = min(c * N, last)
+        row = c * N * len(own_goals)
         for i in range(N):
             w = 0
             for k in range(n):
