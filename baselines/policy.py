@@ -101,7 +101,8 @@ class LearnedPlayer:
         mover = game.agents[agent]
         self._agent, self.policy = agent, policy
         self._size = mover.control_dim
-        entries = observation_size(game) + policy.conditioned
+        self._observed = observation_size(game)  # of what is drawn, it sees no more than lam
+        entries = self._observed + policy.conditioned
         require(
             policy.inputs == entries and policy.outputs >= self._size,
             "policy",
@@ -115,7 +116,7 @@ class LearnedPlayer:
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m) of the mean policy; zero where the agent is out of traffic."""
         active = np.flatnonzero(view.in_traffic[:, self._agent])  # other actions are ignored
-        inputs = view.observation[active]
+        inputs = view.observation[active, : self._observed]
         if self.policy.conditioned:
             lam = view.lam[active, self._agent, None].astype(np.float32)
             inputs = np.concatenate([inputs, lam], axis=1)

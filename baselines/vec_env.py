@@ -31,9 +31,11 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player, straight_players
+from ppg_env.env.randomize import Randomize
+from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
-from ppg_env.errors import InputError
+from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 from ppg_env.game.reachability import earliest_arrival
 
@@ -58,6 +60,9 @@ class GameVecEnv(VecEnv):
     weights
         Range (low, high) from which each episode of a copy draws lam for all its agents; None
         for the game's own.
+    randomize
+        What every episode draws, as in :class:`~ppg_env.Simulator`; observations say it.  May be
+        replaced during training, as in ``env.set_attr("randomize", rule)``.
     shaping, reward_scale, bootstrap
         See the top of this file.
     """
@@ -73,18 +78,20 @@ class GameVecEnv(VecEnv):
         learners: Sequence[int] | None = None,
         players: Mapping[int, Player] | None = None,
         weights: tuple[float, float] | None = None,
+        randomize: Randomize | None = None,
         shaping: bool = True,
         reward_scale: float = REWARD_SCALE,
         bootstrap: bool = True,
         seed: int = 0,
     ) -> None:
-        self.simulator = Simulator(game, rules, copies)
+        self.simulator = Simulator(game, rules, copies, randomize=randomize)
         count, tables = len(game.agents), self.simulator.tables
         self.learners = list(range(count) if learners is None else learners)
         self.players = {
             i: player for i, player in enumerate(straight_players(game)) if i not in self.learners
         } | dict(players or {})
         self.weights = weights
+        self._refuse_conflicts(randomize)
         self._pace = _pace(game, tables.scale) * shaping
         self._scale, self._bootstrap = reward_scale, bootstrap
         low, high = self.simulator.low, self.simulator.high
@@ -101,6 +108,22 @@ class GameVecEnv(VecEnv):
             Box(-1.0, 1.0, (self.simulator.action_size,), np.float32),
         )
 
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episodes on."""
+        return self.simulator.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        self._refuse_conflicts(rule)
+        self.simulator.randomize = rule
+
+    def _refuse_conflicts(self, rule: Randomize | None) -> None:
+        """Refuse a rule that draws lam a second time, or episodes without a learner."""
+        twice = rule is not None and rule.lam is not None and self.weights is not None
+        require(not twice, "weights", "and randomize both draw lam", "give only one of them")
+        refuse_missing_learner(rule, None, self.simulator.game, min(self.learners))
+
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Seed all noise; takes effect at once and continues over resets."""
         noise, weights = np.random.SeedSequence(seed).spawn(2)
@@ -109,15 +132,30 @@ class GameVecEnv(VecEnv):
         return [seed] * int(np.prod(self._shape))
 
     def reset(self) -> np.ndarray:
-        """Restart every copy; returns observations (slots, W)."""
-        all_copies = np.ones(len(self._action), dtype=bool)
-        self._draw_weights(all_copies)
-        self.simulator.reset()
+        """Restart every copy; returns observations (slots, W).
+
+        Options that ``set_options`` has set for all slots are values of the episodes that begin now
+        (:mod:`ppg_env.env.reset_options`); a given lam is not drawn.
+        """
+        options = self._common_options()
+        self.simulator.reset(options=options)
+        self._reset_options()
+        self._draw_weights(np.full(len(self._action), "lam" not in options))
         self._was_reset = True
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
         self._home = np.zeros(self._shape, dtype=bool)
         return self._observed(self.simulator.last.observation)
+
+    def _common_options(self) -> dict[str, Any]:
+        """Return the options of all slots; those of the only learner may be one point."""
+        options, *others = self._options
+        alike = all(other is options or not (other or options) for other in others)
+        require(alike, "options", "differ between slots", "set one dictionary for all of them")
+        if len(self.learners) == 1:
+            refuse_missing_learner(None, options, self.simulator.game, self.learners[0])
+            options = for_learner(options, self.learners[0])
+        return dict(options)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the learners' actions (slots, m) and ask the other players for theirs.
@@ -157,8 +195,8 @@ class GameVecEnv(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over.any():
             self._finish(over, infos)
-            self._draw_weights(over)
             simulator.reset(over)
+            self._draw_weights(over)
         done = np.repeat(over, len(own))
         observed = self._observed(simulator.last.observation)
         return observed, reward.ravel().astype(np.float32), done, infos

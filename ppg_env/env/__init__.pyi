@@ -11,10 +11,14 @@ from .players import View as View
 from .players import information as information
 from .players import straight_players as straight_players
 from .players import track as track
+from .randomize import Choice as Choice
+from .randomize import Near as Near
+from .randomize import Randomize as Randomize
+from .randomize import Uniform as Uniform
 from .registration import register_environments as register_environments
 from .rules import Rules as Rules
 from .rules import make_rules as make_rules
 from .simulator import Simulator as Simulator
-from .simulator import Step as Step
 from .single_agent_env import SingleAgentEnv as SingleAgentEnv
+from .step import Step as Step
 from .vector_env import GameVectorEnv as GameVectorEnv

@@ -31,7 +31,9 @@ class Tables(NamedTuple):
     """The arguments of the kernel that no step changes.
 
     state_axes, input_axes, axes: n, m and d zeros, see :mod:`ppg_env.env.kernel`;
-    start (N, n), goal (N, n), tolerance (N, n): half widths of arrival regions around goals;
+    playing (N,) whether the agent takes part, start (N, n), goal (N, n); of each copy in turn,
+    (C N, ...), if they differ (:mod:`ppg_env.env.variation`), and so the roots of the noise;
+    tolerance (N, n): half widths of arrival regions around goals;
     agent_codes (4, N): sizes of goals, times of arrival on schedule, whether the agent is
     separable (no axis affects another, input limits included), and numbers of inputs;
     A (N, n, n), B (N, n, m), root (N + K, n, n) with root root' = noise, of agents and of moving
@@ -46,7 +48,8 @@ class Tables(NamedTuple):
     which none of them moves;
     pair (E, 4) bodies i and j, j = -1 for an obstacle at rest, N + k for the moving obstacle k;
     then the first face of the encounter and the one after its last, among the normals, offsets and
-    depths of the collision sets (:class:`ppg_env.game.margins.CollisionFaces`);
+    depths of the collision sets (:class:`ppg_env.game.margins.CollisionFaces`); own_faces, the
+    number of faces of each copy if the bodies differ between copies, else 0;
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times; no faces unless ``margin_reward``;
     extents (2, N + O, d) of all bodies; empty if there are too few to find pairs by sorting
@@ -58,6 +61,7 @@ class Tables(NamedTuple):
     state_axes: tuple[int, ...]
     input_axes: tuple[int, ...]
     axes: tuple[int, ...]
+    playing: np.ndarray
     start: np.ndarray
     goal: np.ndarray
     agent_codes: np.ndarray
@@ -80,6 +84,7 @@ class Tables(NamedTuple):
     drifting: bool
     last_motion: int
     pair: np.ndarray
+    own_faces: int
     normals: np.ndarray
     offsets: np.ndarray
     depths: np.ndarray
@@ -142,6 +147,7 @@ def _dynamics(game: Game, n: int, m: int) -> dict[str, Any]:
         A[i, :k, :k], B[i, :k, :inputs] = agent.A, agent.B
         root[i, :k, :k], start_root[i, :k, :k] = square_root(agent.noise), square_root(agent.sigma0)
     return {
+        "playing": np.ones(N, dtype=np.bool_),
         "start": start,
         "goal": goal,
         "A": A,

@@ -19,6 +19,7 @@ fly past it.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -54,9 +55,20 @@ def checked_tolerances(game: Game, rules: Rules) -> list[np.ndarray]:
         before its first step.
     """
     tolerances = arrival_tolerances(game, rules.tolerance)
-    if rules.arrival == "schedule":
-        return tolerances
-    for i, (agent, half) in enumerate(zip(game.agents, tolerances, strict=True)):
+    if rules.arrival == "region":
+        check_starts(game.agents, tolerances)
+    return tolerances
+
+
+def check_starts(agents: Sequence[Agent], tolerances: Sequence[np.ndarray]) -> None:
+    """Refuse agents that start inside their arrival regions, but not at their goals.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for i, (agent, half) in enumerate(zip(agents, tolerances, strict=True)):
         away = np.abs(agent.start[: agent.goal.size] - agent.goal)
         if away.any() and (away <= half).all():
             width = " x ".join(f"{k:.4g}" for k in np.unique(half)[::-1])
@@ -66,7 +78,6 @@ def checked_tolerances(game: Game, rules: Rules) -> list[np.ndarray]:
                 f"pass a tolerance below {away.max():.4g}, start at the goal, or let agents arrive "
                 "on schedule",
             )
-    return tolerances
 
 
 def _half_steps(agent: Agent, horizon: int) -> np.ndarray:

@@ -16,8 +16,8 @@ from ppg_env.support.compilation import njit
 
 @njit(cache=True)
 def sweep(
-    axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, normals,
-    depths, extents, crashed, overlap,
+    axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, own_faces,
+    normals, depths, extents, crashed, overlap,
 ):  # fmt: skip
     """Flag encounters in traffic that overlap; arguments are those of ``collide`` and ``extents``.
 
@@ -59,7 +59,7 @@ def sweep(
                 e = i * (2 * N - i - 1) // 2 + j - i - 1
                 if j >= N:
                     e = pairs + i * (M - N) + j - N
-                start, end = pair[e, 2], pair[e, 3]
+                start, end = pair[e, 2] + c * own_faces, pair[e, 3] + c * own_faces
                 if swept:
                     met = crossing(axes, before, state, c, i, place[j], normals, depths, start, end)
                 else:

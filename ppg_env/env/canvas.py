@@ -94,7 +94,7 @@ class Sheet:
             if obstacle.path is None:
                 canvas.polygon(self.at(outline(obstacle.shape.vertices)), WALL, WALL_EDGE, 1.6)
         self._draw_workspaces(canvas, game, colours)
-        for agent, colour in zip(game.agents, colours, strict=True):
+        for agent, colour in zip(game.agents, colours, strict=False):  # some may be missing
             canvas.disc(self.point(agent.start), 5.0, WHITE, mix(colour, 0.7), 1.8)
         self._draw_scale(canvas, unit)
         canvas.polygon(canvas.frame(), None, GREY, 1.0)

@@ -36,6 +36,7 @@ def encounter_tables(game: Game, margin_reward: bool) -> dict[str, Any]:
             pair[e, 1] = moving.get(encounter.obstacle, -1)
     return {
         "pair": np.column_stack([pair, faces.first[kinds], faces.first[kinds + 1]]),
+        "own_faces": 0,
         "normals": faces.normals,
         "offsets": faces.offsets,
         "depths": faces.depths,

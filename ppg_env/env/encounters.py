@@ -86,10 +86,13 @@ def price_margins(
 
 @njit(cache=True)
 def collide(
-    axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, normals,
-    depths, crashed, overlap,
+    own_bodies, axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair,
+    own_faces, normals, depths, crashed, overlap,
 ):  # fmt: skip
-    """Flag encounters in traffic that overlap, at the end of the step or during it."""
+    """Flag encounters in traffic that overlap, at the end of the step or during it.
+
+    Each copy has ``own_faces`` faces of its own if the tuple ``own_bodies`` is not empty.
+    """
     C, N = status.shape
     presence = np.empty(state.shape[1] + 1, np.int64)
     plain = not (swept or stay or obstacle_times.size)  # the paper's rules need no presence
@@ -107,7 +110,8 @@ def collide(
                     continue
             elif presence[i] + presence[j] <= MOVING:
                 continue
-            first, last = pair[e, 2], pair[e, 3]
+            shift = c * own_faces * len(own_bodies)
+            first, last = pair[e, 2] + shift, pair[e, 3] + shift
             if swept:
                 met = crossing(axes, before, state, c, i, j, normals, depths, first, last)
             else:

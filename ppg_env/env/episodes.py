@@ -16,8 +16,9 @@ import numpy as np
 from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
-from ppg_env.env.simulator import Simulator, Step
+from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.env.step import Step
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.support.statistics import Estimate, Interval, proportion

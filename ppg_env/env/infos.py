@@ -10,7 +10,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.env.simulator import Simulator
-from ppg_env.env.status import TRAFFIC
+from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.game import Game
 
 Infos = dict[str, dict[str, Any]]
@@ -36,12 +36,12 @@ class InfoReader:
         self._no_effort = None if costly else [0.0] * len(agents)
         self._arrived = self._crashed = [False] * len(agents)
 
-    def at_reset(self) -> Infos:
-        """Return the infos of all agents at time 0."""
+    def at_reset(self, playing: Sequence[str]) -> Infos:
+        """Return the infos of the agents that are ``playing`` at time 0."""
         zeros = [0.0] * len(self._index)
-        self._arrived = (self._simulator.status[0] != TRAFFIC).tolist()
+        self._arrived = (self._simulator.status[0] == ARRIVED).tolist()
         self._crashed = [False] * len(zeros)
-        return self._infos(list(self._index), self._no_crash(), zeros, zeros, zeros)
+        return self._infos(playing, self._no_crash(), zeros, zeros, zeros)
 
     def after_step(self, acting: Sequence[str]) -> Infos:
         """Return the infos of the agents that were ``acting`` in the last step."""

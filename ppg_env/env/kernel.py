@@ -12,7 +12,8 @@ of a tuple is part of its type, so the compiler unrolls the loops over component
 Arrays: ``state`` (C, bodies, n), of the agents and then of the moving obstacles; ``before``
 likewise, before the move (with swept collisions); ``status`` (C, N) with the codes of
 :mod:`ppg_env.env.status`; ``parked`` (C, N) times of arrival; ``clock`` (C,); ``lam`` (C, N);
-``g`` holds the game and its rules (:class:`ppg_env.env.arrays.Tables`).
+``g`` holds the game and its rules (:class:`ppg_env.env.arrays.Tables`).  Starts, goals and noise
+are the same in all copies, N rows, or one's own in each, C N rows.
 """
 
 from __future__ import annotations
@@ -24,19 +25,29 @@ from ppg_env.env.broad_phase import sweep
 from ppg_env.env.encounters import collide, price_margins
 from ppg_env.env.observation import write_observations, write_obstacles
 from ppg_env.env.projection import project_on_faces, project_on_polygon
-from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
+from ppg_env.env.status import ARRIVED, CRASHED, MISSING, TRAFFIC
 from ppg_env.support.compilation import njit
 from ppg_env.tolerances import LARGEST
 
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
 
+SHARED, OWN = (), (0,)
+"""Whether copies share the rows of an array, or each has its own: by the lengths of these tuples
+the compiler makes two functions of one, of which the first pays nothing for the second."""
+
 
 @njit(inline="always")
 def _observe(g, marks, marked, state, status, clock, out):
     """Write the observations of the copies whose mark is ``marked``."""
-    _write_observations(g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
-                        g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay, out)  # fmt: skip
+    if g.goal.shape[0] > status.shape[1]:
+        _write_observations(OWN, g.state_axes, g.axes, marks, marked, state, status, clock, g.goal,
+                            g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay,
+                            out)  # fmt: skip
+    else:
+        _write_observations(SHARED, g.state_axes, g.axes, marks, marked, state, status, clock,
+                            g.goal, g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay,
+                            out)  # fmt: skip
     if g.path.size:
         _write_obstacles(g.axes, marks, marked, state, clock, g.path, g.obstacle_times, g.scale,
                          out)  # fmt: skip
@@ -69,10 +80,16 @@ def step(
         price_margins(g.axes, state, state, status, arrived, parked, clock, False, g.stay,
                       g.obstacle_times, lam, g.margin_cap, g.pair, g.normals, g.offsets,
                       g.units, safety_cost)  # fmt: skip
-    _move(g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A, g.B,
-          g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
-          g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
-          g.effort, arrived, time_cost)  # fmt: skip
+    if g.goal.shape[0] > status.shape[1]:
+        _move(OWN, g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A,
+              g.B, g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+              g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+              g.effort, arrived, time_cost)  # fmt: skip
+    else:
+        _move(SHARED, g.state_axes, g.input_axes, state, status, parked, clock, action, noise, g.A,
+              g.B, g.root, g.control_set, g.projection, g.limits, g.edges, g.input_normals,
+              g.input_offsets, g.first_row, g.goal, g.agent_codes, g.tolerance, g.scheduled, lam,
+              g.effort, arrived, time_cost)  # fmt: skip
     if g.obstacle_times.size:
         _move_obstacles(g.state_axes, state, status.shape[1], clock, noise, g.path,
                         g.obstacle_times, g.root, g.drifting)  # fmt: skip
@@ -82,10 +99,15 @@ def step(
                       g.units, safety_cost)  # fmt: skip
     if g.extents.size:
         sweep(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
-              g.pair, g.normals, g.depths, g.extents, crashed, overlap)  # fmt: skip
+              g.pair, g.own_faces, g.normals, g.depths, g.extents, crashed, overlap)  # fmt: skip
+    elif g.own_faces:
+        collide(OWN, g.axes, before, state, status, arrived, clock, g.swept, g.stay,
+                g.obstacle_times, g.pair, g.own_faces, g.normals, g.depths, crashed,
+                overlap)  # fmt: skip
     else:
-        collide(g.axes, before, state, status, arrived, clock, g.swept, g.stay, g.obstacle_times,
-                g.pair, g.normals, g.depths, crashed, overlap)  # fmt: skip
+        collide(SHARED, g.axes, before, state, status, arrived, clock, g.swept, g.stay,
+                g.obstacle_times, g.pair, g.own_faces, g.normals, g.depths, crashed,
+                overlap)  # fmt: skip
     _settle(status, alive, clock, arrived, crashed, lam, g.crash_cost, g.margin_reward,
             g.remove_crashed, g.swept, g.stay, g.last_motion, g.social, g.max_cycles, time_cost,
             safety_cost, reward, terminated, truncated, over)  # fmt: skip
@@ -98,7 +120,7 @@ def step(
 @njit(cache=True)
 def begin(g: Tables, chosen, state, status, parked, alive, clock, noise, observation):
     """Reset the ``chosen`` copies; ``noise`` (C, bodies, n) is read if starts are random."""
-    _restart(g.state_axes, chosen, state, status, parked, alive, clock, noise, g.start,
+    _restart(g.state_axes, chosen, state, status, parked, alive, clock, noise, g.playing, g.start,
              g.start_root, g.random_start, g.goal, g.agent_codes, g.tolerance, g.scheduled,
              g.path)  # fmt: skip
     _observe(g, chosen, True, state, status, clock, observation)
@@ -106,22 +128,24 @@ def begin(g: Tables, chosen, state, status, parked, alive, clock, noise, observa
 
 @njit(cache=True)
 def _restart(
-    state_axes, chosen, state, status, parked, alive, clock, noise, start, root, random,
+    state_axes, chosen, state, status, parked, alive, clock, noise, playing, start, root, random,
     goal, agent_codes, tolerance, scheduled, path,
 ):  # fmt: skip
     """Put all bodies at their starts; an agent whose start is its goal arrives at time 0."""
     C, N = status.shape
     n, goal_size, schedule = len(state_axes), agent_codes[0], agent_codes[1]
+    last = start.shape[0] - N
     for c in range(C):
         if not chosen[c]:
             continue
         clock[c] = 0
+        row = min(c * N, last)
         for i in range(N):
             status[c, i] = TRAFFIC
             parked[c, i] = NEVER
             alive[c, i] = True
             for k in range(n):
-                value = start[i, k]
+                value = start[row + i, k]
                 if random:
                     for q in range(n):
                         value += root[i, k, q] * noise[c, i, q]
@@ -130,8 +154,12 @@ def _restart(
             if not scheduled:
                 at_goal = True
                 for k in range(goal_size[i]):
-                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance[i, k]
-            if at_goal:
+                    away = abs(state[c, i, k] - goal[row + i, k])
+                    at_goal = at_goal and away <= tolerance[i, k]
+            if not playing[row + i]:
+                status[c, i] = MISSING
+                alive[c, i] = False
+            elif at_goal:
                 status[c, i] = ARRIVED
                 parked[c, i] = 0
         for b in range(path.shape[0]):
@@ -141,9 +169,9 @@ def _restart(
 
 @njit(cache=True)
 def _move(
-    state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root, control_set,
-    projection, limits, edges, input_normals, input_offsets, first_row, goal, agent_codes,
-    tolerance, scheduled, lam, effort, arrived, time_cost,
+    own_rows, state_axes, input_axes, state, status, parked, clock, action, noise, A, B, root,
+    control_set, projection, limits, edges, input_normals, input_offsets, first_row, goal,
+    agent_codes, tolerance, scheduled, lam, effort, arrived, time_cost,
 ):  # fmt: skip
     """Move agents in traffic by x' = A x + B u + root noise; charge time and effort, flag arrivals.
 
@@ -157,6 +185,7 @@ def _move(
     u, moved = np.empty(m), np.empty(n)
     for c in range(C):
         row = min(clock[c], control_set.shape[0] - 1)
+        own = c * N * len(own_rows)
         clock[c] += 1
         for i in range(N):
             arrived[c, i] = False
@@ -172,7 +201,7 @@ def _move(
                     push = action[c, i, k]
                     if kind == BOX:
                         push = min(max(push, low[v, k]), high[v, k])
-                    value = A[i, k, k] * state[c, i, k] + root[i, k, k] * noise[c, i, k]
+                    value = A[i, k, k] * state[c, i, k] + root[own + i, k, k] * noise[c, i, k]
                     state[c, i, k] = value + B[i, k, k] * push
                     asked += abs(push)
             else:
@@ -188,7 +217,7 @@ def _move(
                 for k in range(n):
                     value = 0.0
                     for q in range(n):
-                        value += A[i, k, q] * state[c, i, q] + root[i, k, q] * noise[c, i, q]
+                        value += A[i, k, q] * state[c, i, q] + root[own + i, k, q] * noise[c, i, q]
                     for q in range(m):
                         value += B[i, k, q] * u[q]
                     moved[k] = value
@@ -202,7 +231,8 @@ def _move(
             if not scheduled:  # inlined by hand: a call per agent doubles the time of a step
                 at_goal = True
                 for k in range(goal_size[i]):
-                    at_goal = at_goal and abs(state[c, i, k] - goal[i, k]) <= tolerance[i, k]
+                    away = abs(state[c, i, k] - goal[own + i, k])
+                    at_goal = at_goal and away <= tolerance[i, k]
             if at_goal:
                 status[c, i] = ARRIVED
                 arrived[c, i] = True
@@ -214,7 +244,7 @@ def _move_obstacles(
     state_axes, state, agents, clock, noise, path, obstacle_times, root, drifting
 ):  # fmt: skip
     """Move obstacles along their paths; with noise they drift, by root noise per step to rest."""
-    n = len(state_axes)
+    n, first_root = len(state_axes), root.shape[0] - path.shape[0]
     for c in range(clock.size):
         for b in range(path.shape[0]):
             t, body = clock[c], agents + b
@@ -226,7 +256,7 @@ def _move_obstacles(
                     continue
                 state[c, body, k] += path[b, t, k] - path[b, t - 1, k]
                 for q in range(n):
-                    state[c, body, k] += root[body, k, q] * noise[c, body, q]
+                    state[c, body, k] += root[first_root + b, k, q] * noise[c, body, q]
 
 
 @njit(cache=True)

@@ -64,6 +64,7 @@ def observation_frame(game: Game) -> tuple[np.ndarray, float]:
 
 
 def write_observations(
+    own_goals: tuple[int, ...],
     state_axes: tuple[int, ...],
     axes: tuple[int, ...],
     marks: np.ndarray,
@@ -81,7 +82,8 @@ def write_observations(
 ) -> None:
     """Write the observations of the copies whose mark is ``marked`` to ``out`` (C, N, entries).
 
-    The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.
+    The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.  Goals (N, n)
+    are those of all copies, or (C N, n) each one's own if ``own_goals`` is not empty.
     """
     C, N = status.shape
     n, d = len(state_axes), len(axes)
@@ -89,10 +91,11 @@ def write_observations(
     for c in range(C):
         if marks[c] != marked:
             continue
+        row = c * N * len(own_goals)
         for i in range(N):
             w = 0
             for k in range(n):
-                target = goal[i, k] if k < goal_size[i] else 0.0
+                target = goal[row + i, k] if k < goal_size[i] else 0.0
                 out[c, i, w] = (state[c, i, k] - target) * inverse
                 w += 1
             for k in range(d):
@@ -126,18 +129,18 @@ def write_obstacles(
     scale: float,
     out: np.ndarray,
 ) -> None:
-    """Write what agents observe of moving obstacles to the last entries of ``out``.
+    """Write what agents observe of moving obstacles, after the entries about other agents.
 
     The kernel compiles this function, a separate one because games without moving obstacles
     would be slower; arguments are as in :func:`write_observations`.
     """
-    C, N, W = out.shape
-    d, inverse = len(axes), 1.0 / scale
+    C, N, _ = out.shape
+    n, d, inverse = state.shape[2], len(axes), 1.0 / scale
     for c in range(C):
         if marks[c] != marked:
             continue
         for i in range(N):
-            w = W - path.shape[0] * (1 + 2 * d)
+            w = n + d + 2 + (N - 1) * (1 + n)
             for b in range(path.shape[0]):
                 rest, until = obstacle_times[b]
                 now, following = min(clock[c], rest), min(clock[c] + 1, rest)

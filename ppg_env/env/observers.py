@@ -106,7 +106,7 @@ class Limited:
     def __init__(self, simulator: Simulator) -> None:
         parts = _Parts(simulator)
         others = parts.other * (parts.agents - 1)
-        self.space = _space([*parts.own, *others, *parts.obstacles])
+        self.space = _space([*parts.own, *others, *parts.obstacles, *parts.drawn])
 
     def read(self, observation: np.ndarray) -> np.ndarray:
         """Return the usual observations, cut off at the limits."""
@@ -119,11 +119,14 @@ class Neighbours:
     def __init__(self, simulator: Simulator, count: int) -> None:
         require(count >= 1, "observation", f"has k = {count}", "write 1 or more")
         self._parts, self._count = _Parts(simulator), count
-        self.space = _space([*self._parts.own, *self._parts.other * count, *self._parts.obstacles])
+        parts = self._parts
+        self.space = _space(
+            [*parts.own, *parts.other * count, *parts.obstacles, *parts.drawn_of_itself]
+        )
 
     def read(self, observation: np.ndarray) -> np.ndarray:
         """Return the entries of the nearest, in the order of distance and then of the game."""
-        own, others, obstacles = self._parts.of(observation)
+        own, others, rest = self._parts.of(observation)
         places = others[..., 1 : 1 + self._parts.dim].astype(np.float64)
         distance = np.where(others[..., 0] > 0, (places**2).sum(axis=-1), np.inf)
         if distance.shape[-1] > 4 * self._count:
@@ -136,7 +139,7 @@ class Neighbours:
         missing = np.zeros((*chosen.shape[:2], self._count - chosen.shape[2], chosen.shape[3]))
         nearest_first = np.concatenate([chosen, missing], axis=2)
         flat = nearest_first.reshape(*own.shape[:2], -1)
-        return _limited(np.concatenate([own, flat, obstacles], axis=-1))
+        return _limited(np.concatenate([own, flat, self._parts.without_others(rest)], axis=-1))
 
 
 class Lidar:
@@ -153,13 +156,14 @@ class Lidar:
         self.directions = ray_directions(simulator.game.dim, rays)
         self.reach = 2 * simulator.tables.scale
         lengths = [(0.0, 1.0)] * len(self.directions)
-        self.space = _space([*self._parts.own, *lengths])
+        self.space = _space([*self._parts.own, *lengths, *self._parts.drawn_of_itself])
 
     def read(self, observation: np.ndarray) -> np.ndarray:
         """Return own entries, and for each ray the distance divided by ``reach``, at most 1."""
-        own = self._parts.of(observation)[0]
+        own, _, rest = self._parts.of(observation)
         distances = np.minimum(self.distances() / self.reach, 1.0)
-        return _limited(np.concatenate([own, distances], axis=-1))
+        drawn = self._parts.without_others(rest)[..., len(self._parts.obstacles) :]
+        return _limited(np.concatenate([own, distances, drawn], axis=-1))
 
     def distances(self) -> np.ndarray:
         """Return (C, N, R) distances along rays to contact, infinite where there is none."""
@@ -173,7 +177,8 @@ class Lidar:
             place = simulator.bodies[..., : simulator.game.dim]
             other = np.where((j >= 0)[:, None], place[:, j], 0.0)
             normals = tables.normals[faces]
-            room = tables.offsets[faces] - (place[:, i] - other) @ normals.T
+            offsets = tables.offsets.reshape(-1, tables.own_faces or len(tables.offsets))
+            room = offsets[:, None, faces] - (place[:, i] - other) @ normals.T
             for agents, sign, met in ((i, 1.0, there[:, j]), (j, -1.0, there[:, i])):
                 if sign < 0:
                     movers = (j >= 0) & (j < simulator.status.shape[1])
@@ -192,8 +197,9 @@ class FullState:
         self._simulator, N = simulator, len(simulator.game.agents)
         n, d = simulator.bodies.shape[2], simulator.game.dim
         lengths, flags = [(-LIMIT, LIMIT)], [(0.0, 1.0)]
-        obstacles = len(moving_obstacles(simulator.game)) * d
-        self.space = _space(lengths * N * n + flags * (N + 1) + lengths * obstacles + flags * N)
+        obstacles, drawn = len(moving_obstacles(simulator.game)) * d, simulator.entries.state_size
+        limits = lengths * N * n + flags * (N + 1) + lengths * (obstacles + drawn) + flags * N
+        self.space = _space(limits)
 
     def read(self, observation: np.ndarray) -> np.ndarray:
         """Return the same state for all agents of a copy, and each one's own place in it."""
@@ -201,6 +207,7 @@ class FullState:
         share = simulator.clock[:, None] / simulator.max_cycles
         state = global_state(simulator.bodies, simulator.status, share, tables.centre, tables.scale)
         C, N = simulator.status.shape
+        state = np.concatenate([state, simulator.drawn_state(np.arange(C))], axis=1)
         every = np.broadcast_to(state[:, None], (C, N, state.shape[1]))
         own = np.broadcast_to(np.eye(N), (C, N, N))
         return _limited(np.concatenate([every, own], axis=-1))
@@ -216,9 +223,20 @@ class _Parts:
         self.own = length * (n + game.dim) + flag * 2
         self.other = flag + length * n
         self.obstacles = (flag + length * 2 * game.dim) * len(moving_obstacles(game))
+        self.drawn = simulator.entries.limits(LIMIT)
+        own = simulator.entries.own
+        self.drawn_of_itself = [self.drawn[k] for k in np.flatnonzero(own)]
+        self._kept = np.concatenate([np.ones(len(self.obstacles), dtype=bool), own])
+
+    def without_others(self, rest: np.ndarray) -> np.ndarray:
+        """Return the entries of obstacles and of what the agent itself has drawn."""
+        return rest if self._kept.all() else rest[..., self._kept]
 
     def of(self, observation: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return own entries (C, N, .), those of others (C, N, N - 1, 1 + n), and of obstacles."""
+        """Return own entries (C, N, .), those of others (C, N, N - 1, 1 + n), and the rest.
+
+        The rest are those of moving obstacles and of what is drawn.
+        """
         first, size = len(self.own), len(self.other)
         end = first + (self.agents - 1) * size
         others = observation[..., first:end].reshape(*observation.shape[:2], self.agents - 1, size)

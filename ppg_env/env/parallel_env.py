@@ -16,8 +16,10 @@ from ppg_env.env.infos import CHOICES as INFOS
 from ppg_env.env.infos import InfoReader
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.rules import CHOICES, Rules, make_rules
 from ppg_env.env.simulator import Simulator
+from ppg_env.env.status import MISSING
 from ppg_env.errors import require
 from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS
 from ppg_env.game.game import Game
@@ -35,7 +37,7 @@ class PathPlanningEnv(ParallelEnv):
     w ~ N(0, noise).  Control sets may change over time; the last one stays in force.
 
     **Agents** are ``agent_0`` ... ``agent_<N-1>``, in the order of the game; an agent that the
-    game file names has that name.
+    game file names has that name.  Missing ones (``randomize``) are not among ``agents``.
 
     **Actions**: ``Box`` of shape (m,), float32, the smallest box around the control set (around
     all of them, if it changes over time), in lengths per step for the paper's dynamics.
@@ -85,6 +87,8 @@ class PathPlanningEnv(ParallelEnv):
     ``safety_cost``   of the agent's own crashes or margins in the step
     ================  =================================================================
 
+    **Reset options** are values of one episode: :mod:`ppg_env.env.reset_options`.
+
     Parameters
     ----------
     game
@@ -96,6 +100,9 @@ class PathPlanningEnv(ParallelEnv):
     infos
         ``numbers``, or ``names`` for the names of the bodies in ``crashed_with``; learning
         libraries stack infos, and cannot stack names.
+    randomize
+        What every episode draws, a :class:`~ppg_env.env.Randomize`; observations then have more
+        entries (:mod:`ppg_env.env.drawn_entries`), and agents may be missing from an episode.
     **options
         Rules of play (``arrival``, ``on_goal``, ``on_crash``, ``reward``, ``sharing``,
         ``saturation``, ``tolerance``, ``schedule``, ``max_cycles``; see :mod:`ppg_env.env.rules`)
@@ -122,6 +129,7 @@ class PathPlanningEnv(ParallelEnv):
         render_mode: str | None = None,
         observation: str = "relative",
         infos: str = "numbers",
+        randomize: Randomize | None = None,
         **options: Any,
     ) -> None:
         require(infos in INFOS, "infos", f"is {infos!r}", "write " + " or ".join(INFOS))
@@ -141,7 +149,9 @@ class PathPlanningEnv(ParallelEnv):
         self.possible_agents = list(self.game.agent_names)
         self.agents: list[str] = []
         self._index = {name: i for i, name in enumerate(self.possible_agents)}
-        self.simulator = Simulator(self.game, make_rules(self.game, **rules), seed=None)
+        self.simulator = Simulator(
+            self.game, make_rules(self.game, **rules), seed=None, randomize=randomize
+        )
         self._actions = ActionReader(self.game, self.possible_agents)
         self._infos = InfoReader(self.simulator, self.possible_agents, names=infos == "names")
         spaces = action_spaces(self.game, projected=self.rules.saturation == "clip")
@@ -159,6 +169,15 @@ class PathPlanningEnv(ParallelEnv):
     def rules(self) -> Rules:
         """The rules of play."""
         return self.simulator.rules
+
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episode on."""
+        return self.simulator.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        self.simulator.randomize = rule
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -185,19 +204,24 @@ class PathPlanningEnv(ParallelEnv):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
-        """Start an episode; a ``seed`` fixes the noise of this and of later episodes."""
+        """Start an episode; a ``seed`` fixes the noise and draws of this and of later episodes.
+
+        ``options`` are values of this episode alone (:mod:`ppg_env.env.reset_options`).
+        """
         if seed is not None:
             whole = isinstance(seed, (int, np.integer)) and seed >= 0
             require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
             self.simulator.seed(int(seed))
-        observation = self._observer.read(self.simulator.reset())[0]
-        self.agents, self._was_reset = self.possible_agents[:], True
+        observation = self._observer.read(self.simulator.reset(options=options))[0]
+        missing = self.simulator.status[0] == MISSING
+        self.agents = [a for a, left in zip(self.possible_agents, missing, strict=True) if not left]
+        self._was_reset = True
         if self._viewer is not None:
             self._viewer.record(self.simulator)
         if self.render_mode == "human":
             self.render()
-        observations = {name: observation[i].copy() for name, i in self._index.items()}
-        return observations, self._infos.at_reset()
+        observations = {name: observation[self._index[name]].copy() for name in self.agents}
+        return observations, self._infos.at_reset(self.agents)
 
     def step(
         self, actions: dict[str, Any]
@@ -242,9 +266,10 @@ class PathPlanningEnv(ParallelEnv):
         """Return the global state, from which alone the game goes on, as a float32 vector."""
         simulator, tables = self.simulator, self.simulator.tables
         share = simulator.clock[:1] / simulator.max_cycles
-        return global_state(
+        state = global_state(
             simulator.bodies[0], simulator.status[0], share, tables.centre, tables.scale
         )
+        return np.concatenate([state, simulator.drawn_state(np.zeros(1, dtype=np.int64))[0]])
 
     def render(self) -> np.ndarray | None:
         """Return an (H, W, 3) uint8 picture for ``rgb_array``; update the window for ``human``."""

@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from ppg_env.errors import require
-from ppg_env.game.effort_laws import least_effort_laws
+from ppg_env.game.effort_laws import goal_responses, least_effort_laws
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.least_effort import straight_plan
@@ -42,6 +43,8 @@ class View:
     obstacles : (C, K, d) positions of the moving obstacles, in the order of the game.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time of all agents.
+    goal : (C, N, n) goals, padded with zeros; None if they are those of the game in all copies.
+    moved : (C,) whether a start or a goal is not the game's; None likewise.
     """
 
     observation: np.ndarray
@@ -51,6 +54,8 @@ class View:
     obstacles: np.ndarray
     clock: np.ndarray
     lam: np.ndarray
+    goal: np.ndarray | None = None
+    moved: np.ndarray | None = None
 
 
 class Player(Protocol):
@@ -66,7 +71,8 @@ class Player(Protocol):
 class Tracker:
     """Plays a plan with feedback: ubar_t - gain (x - xbar_t).
 
-    After the plan's arrival it plays as :class:`GoToGoal`.
+    After the plan's arrival it plays as :class:`GoToGoal`, and so it does from the start in copies
+    in which starts or goals are not the game's, for which the plan is not made.
     """
 
     def __init__(self, game: Game, agent: int, plan: Plan) -> None:
@@ -89,8 +95,11 @@ class Tracker:
         state = view.state[:, self._agent, : self._mover.state_dim]
         action = self._controls[t] - (state - self._means[t]) @ self._mover.gain.T
         late = view.clock >= self._end
+        if view.moved is not None:
+            late |= view.moved
         if late.any():
-            action[late] = self._go_to_goal.towards_goal(state[late], view.clock[late])
+            goal = None if view.goal is None else view.goal[late, self._agent]
+            action[late] = self._go_to_goal.towards_goal(state[late], view.clock[late], goal)
         return action
 
 
@@ -105,28 +114,44 @@ class GoToGoal:
     information = "own state"
 
     def __init__(self, game: Game, agent: int) -> None:
-        self._agent, self._mover = agent, game.agents[agent]
+        self._agent, self._mover, self._horizon = agent, game.agents[agent], game.horizon
         self._sets = [
             (first, admissible, least_effort_laws(self._mover, game.horizon, admissible))
             for first, admissible in pieces(self._mover.control)
         ]
 
+    @cached_property
+    def _responses(self) -> list[list[np.ndarray]]:
+        """How the laws of each set change with the goal."""
+        mover, horizon = self._mover, self._horizon
+        return [goal_responses(mover, horizon, admissible) for _, admissible, _ in self._sets]
+
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m) towards the goal."""
         state = view.state[:, self._agent, : self._mover.state_dim]
-        return self.towards_goal(state, view.clock)
+        goal = None if view.goal is None else view.goal[:, self._agent]
+        return self.towards_goal(state, view.clock, goal)
 
-    def towards_goal(self, state: np.ndarray, clock: np.ndarray) -> np.ndarray:
+    def towards_goal(
+        self, state: np.ndarray, clock: np.ndarray, goal: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the first control (C, m) of the shortest least-effort plan from ``state`` (C, n).
 
-        ``clock`` (C,) is the current step of each copy.
+        ``clock`` (C,) is the current step of each copy, ``goal`` (C, n) its goal if it is not the
+        game's, padded with zeros.
         """
+        shift = None if goal is None else goal[:, : self._mover.goal.size] - self._mover.goal
         action = np.empty((len(state), self._mover.control_dim))
         for k, (first, admissible, laws) in enumerate(self._sets):
             holds = clock >= first
             if k + 1 < len(self._sets):
                 holds &= clock < self._sets[k + 1][0]
             slack = ADMISSIBLE * self._mover.control_unit
+            if shift is not None:
+                each = zip(laws, self._responses[k], strict=True)
+                laws = [
+                    (matrix, offset + shift @ response.T) for (matrix, offset), response in each
+                ]
             _play(laws, admissible, slack, state, np.flatnonzero(holds), action)
         return action
 
@@ -139,9 +164,13 @@ def _play(
     undecided: np.ndarray,
     action: np.ndarray,
 ) -> None:
-    """Write the control of the first law that is admissible into the rows ``undecided``."""
+    """Write the control of the first law that is admissible into the rows ``undecided``.
+
+    Offsets of laws are (m,), or (C, m) where goals differ.
+    """
     for k, (matrix, offset) in enumerate(laws):
-        action[undecided] = state[undecided] @ matrix.T + offset
+        own = offset if offset.ndim == 1 else offset[undecided]
+        action[undecided] = state[undecided] @ matrix.T + own
         if k + 1 < len(laws):
             undecided = undecided[admissible.clearance(action[undecided]) > slack]
         if not undecided.size:

@@ -9,58 +9,31 @@ All arrays are (copies, agents, ...).  The next step overwrites them; copy what 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
 from ppg_env.env.arrays import make_tables
+from ppg_env.env.drawn_entries import DrawnEntries
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
+from ppg_env.env.randomize import Randomize
+from ppg_env.env.reset_options import read_options
 from ppg_env.env.rules import Rules
 from ppg_env.env.status import ARRIVED, TRAFFIC
+from ppg_env.env.step import Step, make_step
+from ppg_env.env.variation import Variation
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 
 
-@dataclass(frozen=True)
-class Step:
-    """The outcome of a step for C copies, N agents, E encounters; the next step reuses the arrays.
-
-    Attributes
-    ----------
-    observation : (C, N, W) float32, see :mod:`ppg_env.env.observation`; the first one of the new
-        episode where ``over``.
-    reward : (C, N); zero for agents whose episode ended earlier.
-    terminated, truncated : (C, N) whether the agent's episode ended in this step, and how.
-    over : (C,) whether the copy's episode ended and it was restarted.
-    final_observation : (C, N, W) the last observation of an episode; valid where ``over``.
-    acting : (C, N) whether the agent was alive before the step.
-    arrived, crashed : (C, N) events of this step.
-    overlap : (C, E) encounters that overlap, in the order of ``game.encounters``.
-    time_cost, safety_cost : (C, N) terms of the agent's own cost in this step; the first
-        includes the cost of effort.
-    """
-
-    observation: np.ndarray
-    reward: np.ndarray
-    terminated: np.ndarray
-    truncated: np.ndarray
-    over: np.ndarray
-    final_observation: np.ndarray
-    acting: np.ndarray
-    arrived: np.ndarray
-    crashed: np.ndarray
-    overlap: np.ndarray
-    time_cost: np.ndarray
-    safety_cost: np.ndarray
-
-
 class Simulator:
-    """``copies`` of ``game`` under ``rules``; a seed fixes all noise.
+    """``copies`` of ``game`` under ``rules``; a seed fixes all noise and all draws.
 
-    Changing ``max_cycles`` changes ``rules`` as well.
+    Changing ``max_cycles`` changes ``rules`` as well.  ``randomize`` says what every episode draws
+    (:mod:`ppg_env.env.randomize`); a rule of the same layout may replace it at any time.
 
     Attributes
     ----------
@@ -68,6 +41,8 @@ class Simulator:
         the game; positions are the first d components.
     status : (C, N) codes of :mod:`ppg_env.env.status`.
     parked : (C, N) times of arrival; huge before it.
+    entries : the entries of observations about what is drawn.
+    variation : what differs between copies; None as long as nothing does.
     alive : (C, N) whether the agent still acts.
     clock : (C,) time of each copy.
     lam : (C, N) weights of time in the rewards, the game's unless changed; assigning copies.
@@ -77,7 +52,12 @@ class Simulator:
     """
 
     def __init__(
-        self, game: Game, rules: Rules | None = None, copies: int = 1, seed: Any = 0
+        self,
+        game: Game,
+        rules: Rules | None = None,
+        copies: int = 1,
+        seed: Any = 0,
+        randomize: Randomize | None = None,
     ) -> None:
         whole = isinstance(copies, (int, np.integer)) and copies >= 1
         require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
@@ -85,7 +65,8 @@ class Simulator:
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
         C, m, self.copies = copies, self.tables.limits.shape[2], copies
-        self.observation_size = observation_size(game)
+        self.entries = DrawnEntries(randomize, game)
+        self.observation_size = observation_size(game) + self.entries.size
         self.action_size = m
         self.low, self.high = action_boxes(game)
         self._sizes = [agent.control_dim for agent in game.agents]
@@ -103,8 +84,28 @@ class Simulator:
         self._start_noise = np.zeros(self.noise_shape)
         self._all = np.ones(C, dtype=np.bool_)
         self._was_reset = False
-        self.last = _make_step(C, N, len(game.encounters), self.observation_size)
+        self.last = make_step(C, N, len(game.encounters), self.observation_size)
+        self.variation: Variation | None = None
         self.seed(seed)
+        self.randomize = randomize
+
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change holds from the next episodes on."""
+        return self._randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        fields = DrawnEntries(rule, self.game).fields
+        require(
+            fields == self.entries.fields,
+            "randomize",
+            f"draws {_listed(fields)} where observations hold {_listed(self.entries.fields)}",
+            "draw the same fields, or make a new environment",
+        )
+        if rule is not None or self.variation is not None:
+            self._varied().adopt(rule)
+        self._randomize = rule
 
     @property
     def state(self) -> np.ndarray:
@@ -135,27 +136,47 @@ class Simulator:
         ready = isinstance(seed, np.random.SeedSequence)
         sequence = seed if ready else np.random.SeedSequence(seed)
         self.random = np.random.Generator(np.random.SFC64(sequence))
+        self._sequence = sequence
+        if self.variation is not None:
+            self.variation.seed(sequence)
 
     def reset(
-        self, chosen: np.ndarray | None = None, noise: np.ndarray | None = None
+        self,
+        chosen: np.ndarray | None = None,
+        noise: np.ndarray | None = None,
+        options: Any = None,
     ) -> np.ndarray:
         """Reset all copies, or the ``chosen`` (C,) ones; return all observations (C, N, W).
 
         ``noise`` (standard normals of ``noise_shape``) replaces the simulator's own, as in
-        :meth:`step`.
+        :meth:`step`.  ``options`` are values of these episodes (:mod:`ppg_env.env.reset_options`).
+
+        Raises
+        ------
+        InputError
+            If an argument does not fit, or the options do not make a valid game; nothing has
+            changed then.
         """
         from ppg_env.env import kernel
 
         chosen = self._all if chosen is None else self._checked_choice(chosen)
-        if noise is None:
+        normals = None if noise is None else self._checked_noise(noise)
+        given = None if options is None else read_options(self.game, options)
+        if given is not None or self.variation is not None:
+            self.tables = self._varied().begin(self.tables, chosen, given)
+        if normals is None:
             self._draw_starts()
         else:
-            self._start_noise[:] = self._checked_noise(noise)
+            self._start_noise[:] = normals
         self._was_reset = True
         kernel.begin(
             self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
+        if self.entries.size:
+            rows, first = np.flatnonzero(chosen), self.observation_size - self.entries.size
+            drawn = self.entries.read(self._varied().values, rows)
+            self.last.observation[rows, :, first:] = drawn
         return self.last.observation
 
     def step(
@@ -185,20 +206,35 @@ class Simulator:
             noise = self.random.standard_normal(out=self._noise)
         else:
             noise = self._checked_noise(noise)
-        if restart:
+        inside = restart and self.variation is None  # restarting needs nothing but the kernel
+        if inside:
             self._draw_starts()
         out = self.last
         kernel.step(
             self.tables, self.bodies, self._before, self.status, self.parked, self.alive,
-            self.clock, self.lam, action, noise, restart, self._start_noise, out.reward,
+            self.clock, self.lam, action, noise, inside, self._start_noise, out.reward,
             out.time_cost, out.safety_cost, out.arrived, out.crashed, out.overlap, out.terminated,
             out.truncated, out.acting, out.over, out.observation, out.final_observation,
         )  # fmt: skip
+        if restart and not inside and out.over.any():
+            out.final_observation[out.over] = out.observation[out.over]
+            self.reset(out.over)
         return out
+
+    def game_of(self, copy: int = 0) -> Game:
+        """Return the game that a copy plays in its current episode, without missing agents."""
+        return self.game if self.variation is None else self.variation.values.game_of(copy)
+
+    def drawn_state(self, rows: np.ndarray) -> np.ndarray:
+        """Return (M, .) float32 the entries of the global state about what the copies drew."""
+        if not self.entries.size:
+            return np.zeros((len(rows), 0), dtype=np.float32)
+        return self.entries.state(self._varied().values, rows).astype(np.float32)
 
     def view(self, agent: int) -> View:
         """Return what the player of ``agent`` observes; the next step overwrites the arrays."""
         arrived = self.status == ARRIVED
+        varied = None if self.variation is None else self.variation.values
         return View(
             observation=self.last.observation[:, agent],
             state=self.state,
@@ -207,7 +243,16 @@ class Simulator:
             obstacles=self.bodies[:, self.status.shape[1] :, : self.game.dim],
             clock=self.clock,
             lam=self.lam,
+            goal=None if varied is None else varied.goal,
+            moved=None if varied is None else varied.moved,
         )
+
+    def _varied(self) -> Variation:
+        """Return what differs between copies, which is kept from the first call on."""
+        if self.variation is None:
+            self.variation = Variation(self.game, self.tables, self._lam, self._sequence)
+            self.tables = self.variation.values.tables(self.tables)
+        return self.variation
 
     def _checked_choice(self, chosen: Any) -> np.ndarray:
         mask = np.asarray(chosen)
@@ -238,22 +283,6 @@ class Simulator:
             self.random.standard_normal(out=self._start_noise)
 
 
-def _make_step(C: int, N: int, E: int, W: int) -> Step:
-    """Return the arrays of a step, all zero."""
-    flags = [np.zeros((C, N), dtype=np.bool_) for _ in range(5)]
-    costs = [np.zeros((C, N)) for _ in range(3)]
-    observations = [np.zeros((C, N, W), dtype=np.float32) for _ in range(2)]
-    return Step(
-        observation=observations[0],
-        reward=costs[0],
-        terminated=flags[0],
-        truncated=flags[1],
-        over=np.zeros(C, dtype=np.bool_),
-        final_observation=observations[1],
-        acting=flags[2],
-        arrived=flags[3],
-        crashed=flags[4],
-        overlap=np.zeros((C, E), dtype=np.bool_),
-        time_cost=costs[1],
-        safety_cost=costs[2],
-    )
+def _listed(fields: list[tuple[str, int, bool]]) -> str:
+    names = [f"a shared {field}" if shared else field for field, _, shared in fields]
+    return " and ".join(names) or "no draws"

@@ -16,6 +16,8 @@ import numpy as np
 from ppg_env.env.actions import player_action
 from ppg_env.env.parallel_env import RENDER_MODES, PathPlanningEnv
 from ppg_env.env.players import Player, straight_players
+from ppg_env.env.randomize import Randomize
+from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 
@@ -30,9 +32,10 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     learner
         Index of the agent that the actions control.
     players
-        Player of each other agent, by index; agents without an entry track their straight plans.
+        Player of each other agent, by index; agents without an entry track their straight plans,
+        or head straight for their goals in episodes with other starts or goals than the game's.
     **options
-        Observation, rules and overrides, as in
+        Observation, ``randomize``, rules and overrides, as in
         :class:`~ppg_env.env.parallel_env.PathPlanningEnv`.
     """
 
@@ -54,6 +57,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         invalid = [i for i in players or {} if not 0 <= i < count or i == learner]
         require(not invalid, "players", f"names agent {invalid[:1]}", "name the other agents only")
         self.learner, self._name = learner, self._env.possible_agents[learner]
+        refuse_missing_learner(self._env.randomize, None, self.game, learner)
         self.rules = self._env.rules
         self.players = {
             i: player for i, player in enumerate(straight_players(self.game)) if i != learner
@@ -63,11 +67,26 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._sizes = [agent.control_dim for agent in self.game.agents]
         self._was_reset = False
 
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episode on."""
+        return self._env.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        refuse_missing_learner(rule, None, self.game, self.learner)
+        self._env.randomize = rule
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start an episode; a ``seed`` fixes the noise of this and of later episodes."""
+        """Start an episode; a ``seed`` fixes the noise and draws of this and of later episodes.
+
+        ``options`` are values of this episode alone (:mod:`ppg_env.env.reset_options`).
+        """
         super().reset(seed=seed)
+        options = for_learner(options, self.learner)
+        refuse_missing_learner(None, options, self.game, self.learner)
         observations, infos = self._env.reset(seed, options)
         self._was_reset = True
         return observations[self._name], infos[self._name]

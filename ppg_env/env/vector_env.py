@@ -31,9 +31,11 @@ from gymnasium.vector.utils import batch_space
 from ppg_env.env.actions import player_action
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
+from ppg_env.env.randomize import Randomize
+from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.single_agent_env import SingleAgentEnv
-from ppg_env.env.status import TRAFFIC
+from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.errors import require
 
 AutoresetMode: Any = getattr(gymnasium.vector, "AutoresetMode", str)
@@ -75,6 +77,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         players: Mapping[int, Player] | None = None,
         render_mode: None = None,
         observation: str = "relative",
+        randomize: Randomize | None = None,
         **options: Any,
     ) -> None:
         self._mode = getattr(autoreset_mode, "value", autoreset_mode)
@@ -86,10 +89,10 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         )
         require(render_mode is None, "render_mode", f"is {render_mode!r}", "render a single copy")
         self.metadata = {**self.metadata, "autoreset_mode": AutoresetMode(self._mode)}
-        single = SingleAgentEnv(game, learner, players, **options)
+        single = SingleAgentEnv(game, learner, players, randomize=randomize, **options)
         self.game, self.learner, self.num_envs = single.game, learner, num_envs
         self._players = single.players
-        self.simulator = Simulator(single.game, single.rules, copies=num_envs, seed=None)
+        self.simulator = Simulator(single.game, single.rules, num_envs, None, randomize)
         self._observer = make_observer(self.simulator, observation)
         self.single_observation_space: Box = self._observer.space
         self.single_action_space = single.action_space
@@ -101,6 +104,16 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._arrived, self._crashed = np.zeros((2, num_envs), dtype=np.bool_)
         self._started = False
 
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episodes on."""
+        return self.simulator.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        refuse_missing_learner(rule, None, self.game, self.learner)
+        self.simulator.randomize = rule
+
     def reset(
         self,
         *,
@@ -109,7 +122,9 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Reset all copies, or those of ``options["reset_mask"]`` (num_envs,).
 
-        A ``seed``, which may be a sequence of numbers, fixes the noise of all copies from now on.
+        A ``seed``, which may be a sequence of numbers, fixes the noise and draws of all copies from
+        now on.  Other ``options`` are values of the episodes that begin now
+        (:mod:`ppg_env.env.reset_options`); automatic resets have none.
         """
         if seed is not None:
             numbers = [int(number) for number in np.atleast_1d(np.asarray(seed))]
@@ -118,8 +133,9 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 np.random.SeedSequence(numbers[0] if np.isscalar(seed) else numbers)
             )
         chosen = np.ones(self.num_envs, dtype=np.bool_)
-        if options is not None and "reset_mask" in options:
-            mask = np.asarray(options["reset_mask"])
+        values = dict(options or {})
+        if "reset_mask" in values:
+            mask = np.asarray(values.pop("reset_mask"))
             require(
                 mask.shape == chosen.shape and mask.dtype == np.bool_,
                 "reset_mask",
@@ -127,7 +143,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 f"give an array of {self.num_envs} booleans",
             )
             chosen = mask
-        self._begin(chosen)
+        self._begin(chosen, for_learner(values, self.learner))
         self._waiting, self._started = self._waiting & ~chosen, True
         return self._observations(), self._infos(chosen, chosen)
 
@@ -155,9 +171,10 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         infos |= self._infos(np.ones_like(ended), begun)
         return self._observations(), rewards, terminations, truncations, infos
 
-    def _begin(self, chosen: np.ndarray) -> None:
-        self.simulator.reset(chosen)
-        self._arrived[chosen] = self.simulator.status[chosen, self.learner] != TRAFFIC
+    def _begin(self, chosen: np.ndarray, options: Any = None) -> None:
+        refuse_missing_learner(None, options, self.game, self.learner)
+        self.simulator.reset(chosen, options=options)
+        self._arrived[chosen] = self.simulator.status[chosen, self.learner] == ARRIVED
         self._crashed[chosen] = False
 
     def _act(self, actions: np.ndarray) -> None:

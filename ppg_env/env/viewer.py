@@ -91,9 +91,7 @@ class Viewer:
         self._sheet = Sheet(game)
         self._colours = [rgb(COLOURS[i % len(COLOURS)]) for i in range(len(game.agents))]
         self._inks = [shade(colour, 0.8) for colour in self._colours]
-        self._outlines = [self._sheet.shape(agent.shape.vertices) for agent in game.agents]
-        self._hatches = [hatch(outline, 6.0) for outline in self._outlines]
-        self._radii = [float(np.hypot(*outline.T).max()) for outline in self._outlines]
+        self._show_game(game)
         self._burst = min(max(min(self._radii), 16.0), 60.0)
         self._moving = [game.obstacles[k] for k in moving_obstacles(game)]
         ends = [(pair.agents[0], pair.agents[-1]) for pair in game.encounters]
@@ -106,12 +104,14 @@ class Viewer:
 
     def record(self, simulator: Simulator) -> None:
         """Record positions and the outcome of the last step; at time 0 a new recording starts."""
-        self._simulator = simulator
+        unknown, self._simulator = self._simulator is None, simulator
         self._time, self._last_time = int(simulator.clock[0]), simulator.max_cycles
         self._parks = simulator.rules.on_goal == "stay"
         happened = self._time > 0  # at time 0 the flags are those of the previous episode
         if not happened:
             self._clear()
+        if unknown or not happened:
+            self._show_game(simulator.game_of())
         state = np.nan_to_num(simulator.state[0, :, : self._game.dim])  # unstable dynamics overflow
         points = np.clip(self._sheet.at(np.stack(plane(state.T), axis=1)), -FAR, FAR)
         last = simulator.last
@@ -165,6 +165,13 @@ class Viewer:
         """Return the state without canvas and window, which a copy creates for itself."""
         return vars(self) | {"_canvas": None, "_painted": 0, "_window": None}
 
+    def _show_game(self, game: Game) -> None:
+        """Take starts, goals and bodies from the game of the episode; the field stays."""
+        self._played = game
+        self._outlines = [self._sheet.shape(agent.shape.vertices) for agent in game.agents]
+        self._hatches = [hatch(outline, 6.0) for outline in self._outlines]
+        self._radii = [float(np.hypot(*outline.T).max()) for outline in self._outlines]
+
     def _clear(self) -> None:
         self._moments: list[Moment] = []
         self._canvas: Canvas | None = None
@@ -196,7 +203,7 @@ class Viewer:
     def _painted_trails(self) -> Canvas:
         """Return the canvas with ground and trails up to the last moment."""
         if self._canvas is None:
-            self._canvas = self._sheet.ground(self._game, self._inks)
+            self._canvas = self._sheet.ground(self._played, self._inks)
         for k in range(self._painted, len(self._moments)):
             if k > 0:
                 self._paint_step(self._canvas, self._moments[k - 1], self._moments[k])
@@ -222,7 +229,7 @@ class Viewer:
 
     def _draw_goals(self, canvas: Canvas) -> None:
         status = self._moments[-1].status
-        for i, agent in enumerate(self._game.agents):
+        for i, agent in enumerate(self._played.agents):
             colour = GREY if status[i] == CRASHED else self._inks[i]
             fill = self._colours[i] if status[i] == ARRIVED else WHITE
             mark = star(5, 10.0, 4.5) + self._sheet.point(agent.goal)

@@ -29,7 +29,7 @@ def check_agents(agents: Sequence[Agent], horizon: int) -> None:
     """
     for i, agent in enumerate(agents):
         with placed(f"agent[{i}]"):
-            _check_scales(agent)
+            check_scales(agent)
             check_growth(agent, horizon)
             planned_controls(agent, horizon)  # raises if the reserve leaves none
             _check_workspace(agent)
@@ -76,8 +76,14 @@ def _near(agents: Sequence[Agent], pairs: Sequence[Encounter]) -> Iterator[Encou
         yield pairs[int(e)]
 
 
-def _check_scales(agent: Agent) -> None:
-    """Refuse numbers that the agent's units make too large or too small for double arithmetic."""
+def check_scales(agent: Agent) -> None:
+    """Refuse numbers that the agent's units make too large or too small for double arithmetic.
+
+    Raises
+    ------
+    InputError
+        If there are any.
+    """
     for place, point in (("start", agent.start), ("goal", agent.goal)):
         far = float((np.abs(point) / agent.state_units[: point.size]).max())
         _require_near(far, place, "choose an origin that is nearer, or larger bodies")

@@ -8,6 +8,9 @@ one-sided set has no room for corrections around zero.
 
 from __future__ import annotations
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 
 from ppg_env.game.agent import Agent
@@ -39,6 +42,18 @@ def least_effort_laws(
         laws.append((-first @ select @ power, first @ (agent.goal - select @ drift) + centre))
         ranks.append(np.linalg.matrix_rank(effect))
     return [law for law, rank in zip(laws, ranks, strict=True) if rank == max(ranks)]
+
+
+def goal_responses(agent: Agent, horizon: int, admissible: Polytope) -> list[np.ndarray]:
+    """Return how f of each of :func:`least_effort_laws` changes with the goal (g,): (m, g) each."""
+    laws = least_effort_laws(agent, horizon, admissible)
+    columns = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of growing errors: the game's agents have been reported
+        for unit in np.eye(agent.goal.size):
+            moved = least_effort_laws(replace(agent, goal=agent.goal + unit), horizon, admissible)
+            columns.append([b[1] - a[1] for a, b in zip(laws, moved, strict=True)])
+    return list(np.moveaxis(np.array(columns), 0, 2))
 
 
 def _centre(admissible: Polytope) -> np.ndarray:

@@ -33,7 +33,7 @@ class Observer:
         out = np.zeros((copies, agents, observation_size(self._game)), dtype=np.float32)
         marks = np.ones(copies, dtype=np.bool_)
         _write_observations(
-            g.state_axes, g.axes, marks, True, state, status, clock, g.goal, g.agent_codes[0],
+            (), g.state_axes, g.axes, marks, True, state, status, clock, g.goal, g.agent_codes[0],
             g.centre, g.scale, g.max_cycles, g.stay, out,
         )  # fmt: skip
         return View(

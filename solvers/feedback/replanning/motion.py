@@ -9,8 +9,6 @@ Sizes: N agents, V control sets, n state components, m inputs, L steps of a plan
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -18,7 +16,7 @@ import numpy as np
 
 from ppg_env.env.arrays import Tables
 from ppg_env.game.agent import Agent
-from ppg_env.game.effort_laws import least_effort_laws
+from ppg_env.game.effort_laws import goal_responses, least_effort_laws
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import pieces
 from ppg_env.game.plan import Profile
@@ -161,14 +159,9 @@ def _targeted(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return gains (K, m, n), offsets (K, m), and how these change with the goal (K, m, g)."""
     laws = least_effort_laws(agent, horizon, admissible)
-    shifts = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the game's agents have been reported
-        for unit in np.eye(agent.goal.size):
-            moved = least_effort_laws(replace(agent, goal=agent.goal + unit), horizon, admissible)
-            shifts.append([b[1] - a[1] for a, b in zip(laws, moved, strict=True)])
+    responses = goal_responses(agent, horizon, admissible)
     offsets = np.array([law[1] for law in laws])
-    return np.array([law[0] for law in laws]), offsets, np.moveaxis(np.array(shifts), 0, 2)
+    return np.array([law[0] for law in laws]), offsets, np.array(responses)
 
 
 def _arrival_deviations(game: Game, n: int) -> np.ndarray:
