@@ -16,6 +16,7 @@ import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
 from ppg_env.env.arrays import make_tables
+from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
 from ppg_env.env.rules import Rules
@@ -144,15 +145,13 @@ class Simulator:
         ``noise`` (standard normals of ``noise_shape``) replaces the simulator's own, as in
         :meth:`step`.
         """
-        from ppg_env.env import kernel
-
         chosen = self._all if chosen is None else self._checked_choice(chosen)
         if noise is None:
             self._draw_starts()
         else:
             self._start_noise[:] = self._checked_noise(noise)
         self._was_reset = True
-        kernel.begin(
+        compiled_kernel().begin(
             self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
@@ -173,11 +172,10 @@ class Simulator:
             If an array has another shape, an input of an agent in traffic is not finite, or the
             simulator has not been reset.  Nothing has moved then.
         """
-        from ppg_env.env import kernel
-
         if not self._was_reset:
             raise InputError("step", "comes before the first reset", "call reset first")
         action = batch_of_actions(action, self._action)
+        kernel = compiled_kernel()
         if not kernel.all_usable(action):
             moving = self.alive & (self.status == TRAFFIC)
             action = without_unusable(action, moving, self._sizes)
