@@ -129,7 +129,7 @@ def test_agents_of_different_sizes_share_a_space() -> None:
     before = env.simulator.state.copy()
     env.step(np.ones((4, 2), np.float32))
     moved = env.simulator.state - before
-    assert np.allclose(moved[:, :, 0], [8.0, 10.0]), "1 is the largest input"
+    assert np.allclose(moved[:, :, 0], [4.0, 5.0]), "1 is the largest input"
 
 
 def test_wrong_uses_are_refused() -> None:
