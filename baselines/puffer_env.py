@@ -8,9 +8,10 @@ Row ``c * N + i`` is agent i in copy c.  The arrays are PufferLib's buffers, in 
 it runs several processes, and the next step overwrites them.
 
 A copy restarts in the step in which its last agent ends, and observations are then the first ones
-of the new episode.  An agent that ends earlier has ``terminals`` or ``truncations`` set in that
-step; then its row waits, with rewards of zero and ``masks`` unset.  When the copy restarts, *every*
-row of it reports an end, so that no advantage passes from one episode to the next.
+of the new episode.  An agent that ends earlier has ``terminals`` set in that step; then its row
+waits, with rewards of zero and ``masks`` unset.  When the copy restarts, ``terminals`` of *all* its
+rows are set, so that no advantage passes from one episode to the next: at the time limit as well,
+where ``truncations`` are set in addition, because PufferLib's trainer reads only the former.
 
 Actions are in [-1, 1], the box around all control sets of the agent.  PufferLib's trainer cuts
 rewards off at 1 in size: choose ``reward_scale`` so that a crash costs at most that.
@@ -110,7 +111,7 @@ class GamePufferEnv(pufferlib.PufferEnv):
         out = self.simulator.step(inputs)
         over = out.over
         self.rewards[:] = out.reward.ravel() / self._scale
-        self.terminals[:] = (out.terminated | (over[:, None] & ~out.truncated)).ravel()
+        self.terminals[:] = (out.terminated | over[:, None]).ravel()
         self.truncations[:] = out.truncated.ravel()
         self._length += 1
         self._return += out.reward
