@@ -40,21 +40,21 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env.env.action_spaces import action_spaces
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import TRAFFIC
-from ppg_env.errors import require
 from ppg_env.game.game import Game
 
 try:
     import torch
     from tensordict import TensorDict, TensorDictBase
-    from torchrl.data import Bounded, Categorical, Composite, Unbounded
+    from torchrl.data import Categorical, Composite
     from torchrl.envs import EnvBase
-    from torchrl.envs.utils import MarlGroupMapType, check_marl_grouping
+    from torchrl.envs.utils import MarlGroupMapType
+
+    from baselines.torchrl_specs import box, flags, group_agents, padded_boxes, reals, selection
 except ImportError as missing:
     sentence = "GameTorchRLEnv: needs TorchRL; install path-planning-games[torchrl]."
     raise ImportError(sentence) from missing
@@ -107,10 +107,10 @@ class GameTorchRLEnv(EnvBase):
         super().__init__(device=device, batch_size=[copies])
         self.game, self.simulator = single.game, simulator
         self.agent_names = single.possible_agents
-        self.group_map = _groups(group_map, self.agent_names)
+        self.group_map = group_agents(group_map, self.agent_names)
         places = {name: i for i, name in enumerate(self.agent_names)}
         self._members = {
-            group: _selection([places[name] for name in names], len(places))
+            group: selection([places[name] for name in names])
             for group, names in self.group_map.items()
         }
         self._observer = make_observer(simulator, observation)
@@ -125,28 +125,28 @@ class GameTorchRLEnv(EnvBase):
     def _make_specs(self, state_shape: tuple[int, ...]) -> None:
         """Set the specs, from the spaces of all agents."""
         simulator, C = self.simulator, self.batch_size[0]
-        box = self._observer.space
-        low, high = _padded_boxes(simulator)
+        space = self._observer.space
+        low, high = padded_boxes(simulator)
         observation, action, reward, done = (Composite(shape=(C,)) for _ in range(4))
-        done.update(_flags((C, 1), FLAGS))
+        done.update(flags((C, 1), FLAGS))
         for group, own in self._members.items():
             G = len(self.group_map[group])
             own_low, own_high = low[own], high[own]
-            info = _flags((C, G, 1), EVENTS) | {key: _reals((C, G, 1)) for key in COSTS}
+            info = flags((C, G, 1), EVENTS) | {key: reals((C, G, 1)) for key in COSTS}
             observation[group] = Composite(
                 {
-                    "observation": _box(box.low, box.high, (C, G, *box.shape)),
+                    "observation": box(space.low, space.high, (C, G, *space.shape)),
                     "mask": Categorical(2, shape=(C, G), dtype=torch.bool),
                     "info": Composite(info, shape=(C, G)),
                 },
                 shape=(C, G),
             )
-            inputs = _box(own_low, own_high, (C, *own_low.shape))
+            inputs = box(own_low, own_high, (C, *own_low.shape))
             action[group] = Composite({"action": inputs}, shape=(C, G))
-            reward[group] = Composite({"reward": _reals((C, G, 1))}, shape=(C, G))
-            done[group] = Composite(_flags((C, G, 1), FLAGS), shape=(C, G))
+            reward[group] = Composite({"reward": reals((C, G, 1))}, shape=(C, G))
+            done[group] = Composite(flags((C, G, 1), FLAGS), shape=(C, G))
         if self._returns_state:
-            observation["state"] = _reals((C, *state_shape))
+            observation["state"] = reals((C, *state_shape))
         device = self.device
         self.observation_spec, self.action_spec = observation.to(device), action.to(device)
         self.reward_spec, self.done_spec = reward.to(device), done.to(device)
@@ -162,8 +162,8 @@ class GameTorchRLEnv(EnvBase):
             chosen = wanted.reshape(self.batch_size).cpu().numpy()
         self.simulator.reset(chosen)
         self._arrived[chosen] = self.simulator.status[chosen] != TRAFFIC
-        for flags in (self._crashed, self._terminated, self._truncated):
-            flags[chosen] = False
+        for happened in (self._crashed, self._terminated, self._truncated):
+            happened[chosen] = False
         return self._result(self._observed(chosen))
 
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
@@ -227,8 +227,8 @@ class GameTorchRLEnv(EnvBase):
         }
         done = values["done"].all(axis=1)
         truncated = done & values["truncated"].any(axis=1)
-        flags = zip(FLAGS, (done, done & ~truncated, truncated), strict=True)
-        entries |= {key: torch.from_numpy(flag) for key, flag in flags}
+        ends = zip(FLAGS, (done, done & ~truncated, truncated), strict=True)
+        entries |= {key: torch.from_numpy(flag) for key, flag in ends}
         if self._returns_state:
             simulator, tables = self.simulator, self.simulator.tables
             share = simulator.clock[:, None] / simulator.max_cycles
@@ -237,44 +237,6 @@ class GameTorchRLEnv(EnvBase):
             )
             entries["state"] = torch.from_numpy(state)
         return TensorDict(entries, batch_size=shape, device=self.device)
-
-
-def _groups(
-    wanted: MarlGroupMapType | Mapping[str, Sequence[str]] | None, names: list[str]
-) -> dict[str, list[str]]:
-    """Return the names of agents by group, by default by their stems as TorchRL has it."""
-    if isinstance(wanted, MarlGroupMapType):
-        return dict(wanted.get_group_map(names))
-    if wanted is not None:
-        groups = {group: list(members) for group, members in wanted.items()}
-        fits = sorted(name for members in groups.values() for name in members) == sorted(names)
-        require(fits, "group_map", f"is {wanted!r:.80}", "put every agent in one group")
-        check_marl_grouping(groups, names)
-        return groups
-    groups = {}
-    for name in names:
-        stem, _, number = name.rpartition("_")
-        if not (stem and number.isdigit()):
-            return {"agents": names}
-        groups.setdefault(stem, []).append(name)
-    return {"agents": names} if list(groups) == ["agent"] else groups
-
-
-def _selection(members: list[int], count: int) -> Any:
-    """Return an index for ``members`` of ``count`` agents, a slice where they are neighbours."""
-    first = members[0]
-    consecutive = members == list(range(first, first + len(members)))
-    return slice(first, first + len(members)) if consecutive else np.array(members)
-
-
-def _padded_boxes(simulator: Simulator) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bounds (N, m) of actions; an input that an agent does not have is in [-1, 1]."""
-    shape = simulator.low.shape
-    low, high = np.full(shape, -1.0, np.float32), np.full(shape, 1.0, np.float32)
-    spaces = action_spaces(simulator.game, projected=simulator.rules.saturation == "clip")
-    for i, space in enumerate(spaces):
-        low[i, : space.shape[0]], high[i, : space.shape[0]] = space.low, space.high
-    return low, high
 
 
 def _tensors(values: Mapping[str, Any], own: Any, shape: tuple[int, ...]) -> TensorDictBase:
@@ -286,19 +248,3 @@ def _tensors(values: Mapping[str, Any], own: Any, shape: tuple[int, ...]) -> Ten
         for key, value in values.items()
     }
     return TensorDict(entries, batch_size=shape)
-
-
-def _flags(shape: tuple[int, ...], names: Sequence[str]) -> dict[str, Any]:
-    return {name: Categorical(2, shape=shape, dtype=torch.bool) for name in names}
-
-
-def _reals(shape: tuple[int, ...]) -> Any:
-    return Unbounded(shape=shape, dtype=torch.float32)
-
-
-def _box(low: np.ndarray, high: np.ndarray, shape: tuple[int, ...]) -> Any:
-    """Return the spec of numbers between ``low`` and ``high``, which repeat to ``shape``."""
-    if np.isinf(low).all() and np.isinf(high).all():
-        return _reals(shape)
-    bounds = [torch.from_numpy(np.broadcast_to(side, shape).copy()) for side in (low, high)]
-    return Bounded(bounds[0], bounds[1], shape=shape, dtype=torch.float32)

@@ -100,7 +100,8 @@ if __name__ == "__main__":
     optimizer = torch.optim.Adam(loss.parameters(), lr=RATE)
     frames = COPIES * ROLLOUT
     total = -(-STEPS // (frames * count)) * frames
-    collector = Collector(env, actor, frames_per_batch=frames, total_frames=total)
+    options = {"frames_per_batch": frames, "total_frames": total}
+    collector = Collector(env, actor, auto_register_policy_transforms=False, **options)
     start = time.time()
     for data in collector:
         shape(data, potential)
