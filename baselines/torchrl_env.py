@@ -7,23 +7,24 @@ Names are those of TorchRL's PettingZoo environment with ``use_mask=True``, whic
 well.  Agents called ``<stem>_<number>`` form the group ``<stem>``; if all have the stem ``agent``,
 or names differ from that, there is one group, ``agents``.  For C copies and a group of G agents:
 
-=======================================  ==========  =============================================
-entry                                    shape       meaning
-=======================================  ==========  =============================================
-``group, "observation"``                 (C, G, W)   see :mod:`ppg_env.env.observation`
-``group, "action"``                      (C, G, m)   inputs; an agent with fewer than m inputs
-                                                     ignores the last ones
-``group, "reward"``                      (C, G, 1)   as in the environment; 0 after an agent's end
-``group, "mask"``                        (C, G)      whether the agent still acts
-``group, "terminated"``, ``"truncated"``,            whether the agent's episode has ended, and how,
-``"done"``                               (C, G, 1)   from its end to that of the copy
-``group, "info", ...``                   (C, G, 1)   ``arrived`` and ``crashed``: whether it has;
-                                                     ``in_traffic``; ``time_cost`` and
-                                                     ``safety_cost`` of the step
-``"terminated"``, ``"truncated"``,       (C, 1)      whether all agents' episodes have ended;
-``"done"``                                           truncated if any was, terminated otherwise
-``"state"``                              (C, S)      the global state, with ``return_state``
-=======================================  ==========  =============================================
+========================  =========  ============================================================
+entry                     shape      meaning
+========================  =========  ============================================================
+``group, "observation"``  (C, G, W)  see :mod:`ppg_env.env.observation`
+``group, "action"``       (C, G, m)  inputs; an agent with fewer than m ignores the last ones
+``group, "reward"``       (C, G, 1)  as in the environment; 0 after the agent's end
+``group, "mask"``         (C, G)     whether the agent still acts
+``group, "terminated"``   (C, G, 1)  whether the agent has arrived or crashed, or no agent is
+                                     left in traffic; set until the copy ends
+``group, "truncated"``    (C, G, 1)  whether its time is over
+``group, "done"``         (C, G, 1)  either of the two
+``group, "info", ...``    (C, G, 1)  ``arrived`` and ``crashed``: whether it has; ``in_traffic``;
+                                     ``time_cost`` and ``safety_cost`` of the step
+``"done"``                (C, 1)     whether all agents' episodes have ended
+``"truncated"``           (C, 1)     the same, where the time of an agent is over
+``"terminated"``          (C, 1)     the same, elsewhere
+``"state"``               (C, S)     the global state, with ``return_state``
+========================  =========  ============================================================
 
 A copy is reset in the step in which its last agent ends (``step_and_maybe_reset``, on which
 collectors rely): ``"next"`` holds the last observation, the following step starts with the first
