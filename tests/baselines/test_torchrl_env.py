@@ -143,7 +143,7 @@ def test_collectors_go_on_over_ends(game: str) -> None:
     env.append_transform(RewardSum(in_keys=[("agents", "reward")], reset_keys=["_reset"]))
     env.append_transform(StepCounter())
     policy = to_goals(env.base_env)
-    kind = getattr(collectors, "Collector", None) or collectors.SyncDataCollector  # before 0.12
+    kind = getattr(collectors, "Collector", None) or collectors.SyncDataCollector  # old
     collector = kind(env, policy, frames_per_batch=200, total_frames=600)
     ends = 0
     for data in collector:
