@@ -29,7 +29,7 @@ myst_heading_anchors = 4
 
 # The extra `docs` has no learners: their modules are read without them, and so the pages are the
 # same whether or not they are installed.
-autodoc_mock_imports = ["stable_baselines3", "torch"]
+autodoc_mock_imports = ["pufferlib", "stable_baselines3", "tensordict", "torch", "torchrl"]
 
 autodoc_member_order = "groupwise"
 autodoc_typehints = "signature"

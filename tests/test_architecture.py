@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from importlib import import_module
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
@@ -38,8 +39,10 @@ DOORS = (
 )  # fmt: skip
 HEAVY = (
     "cvxpy", "torch", "matplotlib", "scipy.optimize", "stable_baselines3", "PIL", "joblib",
-    "sqlite3", "pyarrow", "distributed", "ray",
+    "sqlite3", "pyarrow", "distributed", "ray", "tensordict", "torchrl", "pufferlib",
 )  # fmt: skip
+ADAPTERS = {"GameTorchRLEnv": "torchrl", "GamePufferEnv": "pufferlib"}
+"""Public names that need a library which the tests do without."""
 
 
 def graph_of(root: Path, files: dict[str, str]) -> dict[str, set[str]]:
@@ -240,7 +243,22 @@ def test_every_public_name_exists(module: str) -> None:
     door = import_module(module)
     assert door.__all__
     for name in door.__all__:
+        if name in ADAPTERS and not find_spec(ADAPTERS[name]):
+            continue
         assert getattr(door, name) is not None
+
+
+@pytest.mark.parametrize(("name", "library"), ADAPTERS.items())
+def test_an_adapter_says_which_library_is_missing(
+    name: str, library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    door = import_module("baselines")
+    for module in [key for key in sys.modules if key.startswith("baselines.")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.delitem(vars(door), name, raising=False)
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ImportError, match=rf"{name}: needs \w+; install path-planning-games\["):
+        getattr(door, name)
 
 
 def test_a_missing_name_is_named_by_the_error() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,10 @@ PAGES = [
     ROOT / "README.md",
     *sorted(p for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts),
 ]
+
+
+EXAMPLE = r"^(?:<!-- needs: (\w+) -->\n)?```python\n(.*?)^```"
+"""An example in Python, and the library that it needs, if that is none of the extra ``test``."""
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -93,8 +98,9 @@ def test_commands_run_in_the_order_of_the_page(
 )
 def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for block in blocks(page, "python"):
-        exec(compile(block, page.name, "exec"), {})
+    for library, block in re.findall(EXAMPLE, page.read_text(), re.S | re.M):
+        if not library or find_spec(library):
+            exec(compile(block, page.name, "exec"), {})
 
 
 def test_the_readme_has_commands_and_code() -> None:

@@ -2,7 +2,10 @@
 
 Rivals are measured in the same run if they are installed, and left out if not: JaxMARL and VMAS
 (batched), MPE2 (single), each in its standard task.  All run with precomputed random actions and
-with their own resets at the end of an episode.
+with their own resets at the end of an episode.  Where TorchRL is installed as well, its collector
+steps this environment and VMAS, with random actions.
+
+Seconds are CPU time, so that other programs on the machine matter less.
 """
 
 from __future__ import annotations
@@ -11,7 +14,8 @@ import os
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import perf_counter
+from importlib import import_module
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -50,18 +54,31 @@ def _measurements(steps: int, seed: int) -> Iterator[Measurement]:
     ours, normals = batched_rates(steps, seed)
     yield _rate("batched: million agent-steps per second", ours / 1e6)
     yield _rate("batched: share of the rate of drawing its normals", ours / normals, 0.4)
-    rivals = (("JaxMARL simple_spread", jaxmarl, 10), ("VMAS navigation", vmas, 30))
+    rivals = (("JaxMARL simple_spread", jaxmarl, 10), ("VMAS navigation", vmas, 60))
     for name, rival, target in rivals:
         theirs = _if_installed(rival, max(steps // 10, 2))
         if theirs is not None:
             yield _rate(f"batched: times {name} ({theirs:.3g}/s)", ours / theirs, target)
+    yield from _collected(max(steps // 100, 2), seed)
     single = single_rate(10 * steps, seed)
     yield _rate("single: thousand agent-steps per second", single / 1e3)
     theirs = _if_installed(mpe2, steps)
     if theirs is not None:
-        yield _rate(f"single: times MPE2 simple_spread ({theirs:.3g}/s)", single / theirs, 5)
+        yield _rate(f"single: times MPE2 simple_spread ({theirs:.3g}/s)", single / theirs, 10)
     yield Measurement("MiB more after the steps", memory_growth(1000 * steps, seed), 10)
     yield Measurement("tracking 10^5 episodes of two agents, s", tracking_seconds(steps, seed), 1)
+
+
+def _collected(batches: int, seed: int) -> Iterator[Measurement]:
+    """Measure TorchRL's collector on this environment, and on VMAS, where it is installed."""
+    ours = _if_installed(lambda count: torchrl_rate(count, seed), batches)
+    if ours is None:
+        return
+    yield _rate("TorchRL's collector: million agent-steps per second", ours / 1e6)
+    theirs = _if_installed(torchrl_vmas, batches)
+    if theirs is not None:
+        what = f"TorchRL's collector: times VMAS navigation ({theirs:.3g}/s)"
+        yield _rate(what, ours / theirs, 5)
 
 
 def _rate(what: str, value: float, target: float = 0.0) -> Measurement:
@@ -123,9 +140,9 @@ def tracking_seconds(hundreds: int, seed: int) -> float:
     game = make_game("opposing")
     players = straight_players(game)
     evaluate(game, players, 10, seed)
-    started = perf_counter()
+    started = process_time()
     evaluate(game, players, 100 * hundreds, seed)
-    return perf_counter() - started
+    return process_time() - started
 
 
 def jaxmarl(steps: int) -> float:
@@ -147,9 +164,9 @@ def jaxmarl(steps: int) -> float:
     run = jax.jit(lambda s, k: jax.lax.scan(advance, s, k))
     chain = jax.random.split(jax.random.PRNGKey(1), steps)
     jax.block_until_ready(run(state, chain))
-    started = perf_counter()
+    started = process_time()
     jax.block_until_ready(run(state, chain))
-    return COPIES * env.num_agents * steps / (perf_counter() - started)
+    return COPIES * env.num_agents * steps / (process_time() - started)
 
 
 def vmas(steps: int) -> float:
@@ -163,6 +180,36 @@ def vmas(steps: int) -> float:
     actions = [env.get_random_action(agent) for agent in env.agents]
     spent = _seconds(lambda k: env.step(actions), steps)
     return COPIES * len(env.agents) * steps / spent
+
+
+def torchrl_rate(batches: int, seed: int) -> float:
+    """Measure TorchRL's collector on this environment, three agents."""
+    from baselines import GameTorchRLEnv
+
+    return collected_rate(GameTorchRLEnv("intersection3", COPIES, seed=seed), batches)
+
+
+def torchrl_vmas(batches: int) -> float:
+    """Measure TorchRL's collector on VMAS's navigation."""
+    from torchrl.envs import VmasEnv
+
+    import_module("vmas")  # TorchRL says only later that it is missing
+    return collected_rate(VmasEnv("navigation", num_envs=COPIES, seed=0, device="cpu"), batches)
+
+
+def collected_rate(env: Any, batches: int) -> float:
+    """Return agent-steps per second of a collector of batches of ten steps, on one thread."""
+    import torch
+    from torchrl.collectors import Collector
+
+    torch.set_num_threads(1)
+    frames = 10 * COPIES
+    collector = Collector(env, None, frames_per_batch=frames, total_frames=frames * (batches + 1))
+    batch = iter(collector)
+    spent = _seconds(lambda _: next(batch), batches)
+    collector.shutdown()
+    agents = sum(len(names) for names in env.group_map.values())
+    return frames * agents * batches / spent
 
 
 def mpe2(steps: int) -> float:
@@ -186,10 +233,10 @@ def mpe2(steps: int) -> float:
 
 def _seconds(work: Callable[[int], object], steps: int) -> float:
     work(0)
-    started = perf_counter()
+    started = process_time()
     for k in range(steps):
         work(k)
-    return perf_counter() - started
+    return process_time() - started
 
 
 def _if_installed(rival: Callable[[int], float], steps: int) -> float | None:

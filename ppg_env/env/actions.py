@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env import tolerances as tol
+from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.players import Player, View
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
@@ -46,19 +47,21 @@ class ActionReader:
         InputError
             If an action is missing, of the wrong shape or not finite, or an agent is unknown.
         """
+        array, index, sizes = self._array, self._index, self._sizes
         for name in acting:
-            if name not in actions:
-                raise InputError(f"actions[{name!r}]", "is missing", "give one for each of agents")
-            i = self._index[name]
-            size = self._sizes[i]
+            i = index[name]
+            size = sizes[i]
             try:
-                values = np.asarray(actions[name], dtype=np.float64)
-            except (TypeError, ValueError):
-                values = np.array(np.nan)
+                values = actions[name]
+            except KeyError:
+                remedy = "give one for each of agents"
+                raise InputError(f"actions[{name!r}]", "is missing", remedy) from None
+            if not (type(values) is np.ndarray and values.dtype.char in "df"):  # others take longer
+                values = _numbers(values)
             if values.shape != (size,):
                 raise self._refusal(name, actions[name])
-            self._array[0, i, :size] = values
-        if not np.abs(self._array).max() <= tol.LARGEST:  # also where an entry is not a number
+            array[0, i, :size] = values
+        if not compiled_kernel().all_usable(array):  # also where an entry is not a number
             self._check_size(actions, acting)
         if len(actions) != len(acting):
             self.check_names(actions)
@@ -85,6 +88,14 @@ class ActionReader:
             f"is {action!r:.80}, not {size} finite numbers",
             f"give an array of shape ({size},) with numbers up to {tol.LARGEST:g} in size",
         )
+
+
+def _numbers(values: Any) -> np.ndarray:
+    """Return ``values`` as an array of floats, or a single NaN if they are none."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
 
 
 def batch_of_actions(action: Any, out: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
 from ppg_env.env.arrays import make_tables
+from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.drawn_entries import DrawnEntries
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
@@ -157,8 +158,6 @@ class Simulator:
             If an argument does not fit, or the options do not make a valid game; nothing has
             changed then.
         """
-        from ppg_env.env import kernel
-
         chosen = self._all if chosen is None else self._checked_choice(chosen)
         normals = None if noise is None else self._checked_noise(noise)
         given = None if options is None else read_options(self.game, options)
@@ -169,7 +168,7 @@ class Simulator:
         else:
             self._start_noise[:] = normals
         self._was_reset = True
-        kernel.begin(
+        compiled_kernel().begin(
             self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
@@ -194,11 +193,10 @@ class Simulator:
             If an array has another shape, an input of an agent in traffic is not finite, or the
             simulator has not been reset.  Nothing has moved then.
         """
-        from ppg_env.env import kernel
-
         if not self._was_reset:
             raise InputError("step", "comes before the first reset", "call reset first")
         action = batch_of_actions(action, self._action)
+        kernel = compiled_kernel()
         if not kernel.all_usable(action):
             moving = self.alive & (self.status == TRAFFIC)
             action = without_unusable(action, moving, self._sizes)
