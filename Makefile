@@ -5,7 +5,7 @@ PYTHON ?= python3
 PYTEST_ARGS ?=
 FUZZ_SECONDS ?= 300
 ONLY ?=
-STEPS ?= 50000
+STEPS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -38,9 +38,10 @@ test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion agai
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)
 
-# Each example installs what it pins in .neighbours/NAME; ONLY=rllib runs those that begin so.
-neighbours: ## Train for STEPS steps with each library of examples/, and print one table
-	@$(PYTHON) examples/run_neighbours.py --only "$(ONLY)" --steps $(STEPS)
+# Each example installs what it pins in .neighbours/NAME; ONLY=rllib runs those that begin so, and
+# STEPS=20000 changes how long they train.
+neighbours: ## Train with each library of examples/, and print one table
+	@$(PYTHON) examples/run_neighbours.py --only "$(ONLY)" --steps "$(STEPS)"
 
 lint: $(VENV)/.lint ## Check style, formatting and the direction of imports
 	$(BIN)/ruff check

@@ -79,6 +79,7 @@ class PathPlanningTask(Task):
 
 
 if __name__ == "__main__":
+    torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
     config = ExperimentConfig.get_from_yaml()
     config.lr, config.gamma, config.max_n_frames = 1e-3, 0.99, STEPS

@@ -63,6 +63,7 @@ def mlp(inputs: int, outputs: int, gain: float) -> nn.Sequential:
 if __name__ == "__main__":
     args = Args(*map(int, sys.argv[1:2]))
     torch.manual_seed(1)
+    torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
     envs = Simulator(game, copies=args.num_envs, seed=1)
     slots = args.num_envs * len(game.agents)

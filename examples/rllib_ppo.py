@@ -40,6 +40,7 @@ class PathPlanning(ParallelPettingZooEnv):
 
 
 if __name__ == "__main__":
+    torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
     ray.init(num_cpus=1, include_dashboard=False)
     register_env("path_planning", lambda config: PathPlanning(ShapedEnv(game)))

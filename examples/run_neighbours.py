@@ -33,7 +33,7 @@ def main() -> None:
     """Run the chosen examples; exit with 1 if one of them failed."""
     parser = argparse.ArgumentParser(description="Run examples, each in its own environment.")
     parser.add_argument("--only", default="", help="how the names of examples start")
-    parser.add_argument("--steps", type=int, default=50_000, help="steps of training")
+    parser.add_argument("--steps", default="", help="steps of training; by default its own")
     options = parser.parse_args()
     names = examples(options.only)
     if not names:
@@ -58,7 +58,7 @@ def examples(start: str = "") -> list[str]:
     return [path.stem for path in sorted(EXAMPLES.glob(f"{start}*.txt"))]
 
 
-def run(name: str, steps: int) -> str:
+def run(name: str, steps: str) -> str:
     """Install what an example needs, if that has changed, and return what it prints."""
     folder, pins, log = HOME / name, EXAMPLES / f"{name}.txt", HOME / f"{name}.log"
     python, stamp = folder / "bin" / "python", folder / "installed.txt"
@@ -69,7 +69,7 @@ def run(name: str, steps: int) -> str:
         pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         call("not installed", [*pip, "-r", pins, "-e", ROOT], log)
         shutil.copy(pins, stamp)
-    return call("failed", [python, EXAMPLES / f"{name}.py", str(steps)], log)
+    return call("failed", [python, EXAMPLES / f"{name}.py", *steps.split()], log)
 
 
 def call(problem: str, command: Sequence[Any], log: Path) -> str:

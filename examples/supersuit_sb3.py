@@ -23,6 +23,7 @@ STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
 
 if __name__ == "__main__":
     torch.manual_seed(1)
+    torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
     # SuperSuit's own way is black_death_v3, which observes zeros for agents that have left.  With
     # together=True they observe that they are out of traffic.

@@ -73,6 +73,7 @@ def mean_action(algorithm: PPO) -> Act:
 
 if __name__ == "__main__":
     torch.manual_seed(1)
+    torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
     agents = range(len(game.agents))
     algorithms = [make_ppo(shaped_env(game, i, {})) for i in agents]
