@@ -2,7 +2,7 @@
 
 AgileRL steps PettingZoo parallel environments in processes of their own, and gives agents of one
 group, here ``agent_0`` and ``agent_1``, one policy.  Departed agents are NaN in its batches, which
-IPPO leaves out.
+``AsyncAgentsWrapper`` takes out.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import torch
 from agilerl.algorithms import IPPO
 from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_policy
 from agilerl.vector.pz_async_vec_env import AsyncPettingZooVecEnv
+from agilerl.wrappers.agent import AsyncAgentsWrapper
 from figures import report
 from shaped_env import ShapedEnv
 
@@ -29,7 +30,7 @@ if __name__ == "__main__":
     game = make_game("head_on", speed="l1", lam=0.8)
     env = AsyncPettingZooVecEnv([lambda: ShapedEnv(game)] * 4)
     names = env.agents
-    learner = IPPO(
+    ippo = IPPO(
         [env.single_observation_space(name) for name in names],
         [env.single_action_space(name) for name in names],
         agent_ids=names,
@@ -37,14 +38,15 @@ if __name__ == "__main__":
             "encoder_config": {"hidden_size": [64, 64], "activation": "Tanh"},
             "head_config": {"hidden_size": [64], "activation": "Tanh"},
         },
-        batch_size=512,
+        batch_size=256,
         lr=1e-3,
-        learn_step=2048,
+        learn_step=1024,
         gamma=0.99,
-        action_std_init=-0.5,
+        action_std_init=0.0,  # the logarithm, and at least 0
         ent_coef=0.0,
         update_epochs=10,
     )
+    learner = AsyncAgentsWrapper(ippo)  # without it, NaN of departed agents reach the networks
     start = time.time()
     train_multi_agent_on_policy(
         env,
@@ -58,13 +60,13 @@ if __name__ == "__main__":
     )
     seconds = time.time() - start
 
-    actor = learner.actors[learner.get_group_id(names[0])]
+    actor = ippo.actors[ippo.get_group_id(names[0])]
 
     def act(_: int, observations: np.ndarray) -> np.ndarray:
         """Return the mean action."""
         with torch.no_grad():
             actor(torch.as_tensor(observations))
-            return actor.head_net.dist.mean.numpy()
+            return actor.head_net.dist.mu.numpy()
 
-    steps = learner.steps[-1] * len(names)
+    steps = ippo.steps * len(names)
     report("agilerl-ippo", game, act, steps=steps, seconds=seconds)
