@@ -68,14 +68,13 @@ if __name__ == "__main__":
     envs = Simulator(game, copies=args.num_envs, seed=1)
     slots = args.num_envs * len(game.agents)
     middle, half = (envs.high + envs.low) / 2, (envs.high - envs.low) / 2
-    potential = Potential(game)
+    potential, start = Potential(game), time.time()
     agent = Agent(envs.observation_size, envs.action_size)
     optimizer = torch.optim.Adam(agent.parameters(), lr=args.learning_rate, eps=1e-5)
     obs = torch.zeros(args.num_steps, slots, envs.observation_size)
     actions = torch.zeros(args.num_steps, slots, envs.action_size)
     logprobs, rewards, values, dones, acting, advantages = torch.zeros(6, args.num_steps, slots)
     next_obs = torch.tensor(envs.reset().reshape(slots, -1))
-    start = time.time()
     for _ in range(-(-args.total_timesteps // (args.num_steps * args.num_envs))):
         for step in range(args.num_steps):
             obs[step] = next_obs
