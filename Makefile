@@ -4,6 +4,8 @@
 PYTHON ?= python3
 PYTEST_ARGS ?=
 FUZZ_SECONDS ?= 300
+ONLY ?=
+STEPS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -11,10 +13,10 @@ PACKAGES := ppg_env solvers baselines benchmarks
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:  # pip must not run twice in one environment
-.PHONY: help demo test test-slow test-nightly fuzz lint types docs format clean
+.PHONY: help demo test test-slow test-nightly fuzz neighbours lint types docs format clean
 
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.demo ## Compare the players in the paper's scenarios: tables, and pictures in out/
 	$(BIN)/ppg compare head_on --speed l1 --objective risk --lam 0.8 --gain 0 --out out/headline.png
@@ -36,6 +38,11 @@ test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion agai
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)
 
+# Each example installs what it pins in .neighbours/NAME; ONLY=rllib runs those that begin so, and
+# STEPS=20000 changes how long they train.
+neighbours: ## Train with each library of examples/, and print one table
+	@$(PYTHON) examples/run_neighbours.py --only "$(ONLY)" --steps "$(STEPS)"
+
 lint: $(VENV)/.lint ## Check style, formatting and the direction of imports
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -53,7 +60,7 @@ format: $(VENV)/.lint ## Rewrite the code in the project's style
 	$(BIN)/ruff format
 
 clean: ## Remove the virtual environments and everything built
-	rm -rf $(VENV) .venv-* build dist out docs/_build *.egg-info
+	rm -rf $(VENV) .venv-* .neighbours build dist out docs/_build *.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis
 	find $(PACKAGES) tests docs -type d -name __pycache__ -prune -exec rm -rf {} +
 

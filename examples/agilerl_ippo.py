@@ -1,0 +1,72 @@
+"""IPPO of AgileRL: python examples/agilerl_ippo.py.
+
+AgileRL steps PettingZoo parallel environments in processes of their own, and gives agents of one
+group, here ``agent_0`` and ``agent_1``, one policy.  Departed agents are NaN in its batches, which
+``AsyncAgentsWrapper`` takes out.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+import torch
+from agilerl.algorithms import IPPO
+from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_policy
+from agilerl.vector.pz_async_vec_env import AsyncPettingZooVecEnv
+from agilerl.wrappers.agent import AsyncAgentsWrapper
+from figures import report
+from shaped_env import ShapedEnv
+
+from ppg_env import make_game
+
+STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
+"""Steps of the environment; each moves all agents."""
+
+if __name__ == "__main__":
+    torch.manual_seed(1)
+    torch.set_num_threads(1)  # the networks are small
+    game = make_game("head_on", speed="l1", lam=0.8)
+    env = AsyncPettingZooVecEnv([lambda: ShapedEnv(game)] * 4)
+    names = env.agents
+    ippo = IPPO(
+        [env.single_observation_space(name) for name in names],
+        [env.single_action_space(name) for name in names],
+        agent_ids=names,
+        net_config={
+            "encoder_config": {"hidden_size": [64, 64], "activation": "Tanh"},
+            "head_config": {"hidden_size": [64], "activation": "Tanh"},
+        },
+        batch_size=256,
+        lr=1e-3,
+        learn_step=1024,
+        gamma=0.99,
+        action_std_init=0.0,  # the logarithm, and at least 0
+        ent_coef=0.0,
+        update_epochs=10,
+    )
+    learner = AsyncAgentsWrapper(ippo)  # without it, NaN of departed agents reach the networks
+    start = time.time()
+    train_multi_agent_on_policy(
+        env,
+        "path planning",
+        "IPPO",
+        [learner],
+        sum_scores=False,
+        max_steps=STEPS,
+        evo_steps=8192,
+        verbose=False,
+    )
+    seconds = time.time() - start
+
+    actor = ippo.actors[ippo.get_group_id(names[0])]
+
+    def act(_: int, observations: np.ndarray) -> np.ndarray:
+        """Return the mean action."""
+        with torch.no_grad():
+            actor(torch.as_tensor(observations))
+            return actor.head_net.dist.mu.numpy()
+
+    steps = ippo.steps * len(names)
+    report("agilerl-ippo", game, act, steps=steps, seconds=seconds)

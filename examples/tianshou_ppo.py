@@ -1,0 +1,106 @@
+"""PPO of Tianshou, one agent after the other: python examples/tianshou_ppo.py.
+
+Tianshou's ``PettingZooEnv`` is for games in turns: where all agents move at once it credits rewards
+only to the last of them, and it ends an episode when the first agent leaves.  So each agent learns
+in the Gymnasium environment, against the others as they are then: iterated best response.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+from figures import Act, TrainedPlayer, report
+from shaped_env import ShapedLearner
+from tianshou.algorithm.modelfree.ppo import PPO
+from tianshou.algorithm.modelfree.reinforce import ProbabilisticActorPolicy
+from tianshou.algorithm.optim import AdamOptimizerFactory
+from tianshou.data import Collector, VectorReplayBuffer
+from tianshou.env import DummyVectorEnv
+from tianshou.trainer import OnPolicyTrainerParams
+from tianshou.utils.net.common import Net
+from tianshou.utils.net.continuous import ContinuousActorProbabilistic, ContinuousCritic
+from torch.distributions import Independent, Normal
+
+from ppg_env import SingleAgentEnv, make_game
+from ppg_env.game.game import Game
+
+STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
+"""Steps of the learners, in all."""
+
+ROUNDS = 2
+"""How often each agent learns."""
+
+
+def shaped_env(game: Game, learner: int, acts: dict[int, Act]) -> gymnasium.Env:
+    """Return the game for one learner; ``acts`` are the policies of others, by index."""
+    players = {i: TrainedPlayer(game, i, act) for i, act in acts.items() if i != learner}
+    env = SingleAgentEnv(game, learner, players)
+    return ShapedLearner(gymnasium.wrappers.RescaleAction(env, np.float32(-1), np.float32(1)))
+
+
+def make_ppo(env: gymnasium.Env) -> PPO:
+    """Return PPO with two networks of two hidden layers."""
+    shape = env.observation_space.shape
+    bodies = [Net(state_shape=shape, hidden_sizes=[64, 64], activation=torch.nn.Tanh) for _ in "ac"]
+    actor = ContinuousActorProbabilistic(
+        preprocess_net=bodies[0], action_shape=env.action_space.shape, unbounded=True
+    )
+    torch.nn.init.constant_(actor.sigma_param, -0.5)
+    policy = ProbabilisticActorPolicy(
+        actor=actor,
+        dist_fn=lambda loc_scale: Independent(Normal(*loc_scale), 1),
+        deterministic_eval=True,
+        action_space=env.action_space,
+    )
+    critic = ContinuousCritic(preprocess_net=bodies[1])
+    return PPO(policy=policy, critic=critic, optim=AdamOptimizerFactory(lr=1e-3), ent_coef=0.0)
+
+
+def mean_action(algorithm: PPO) -> Act:
+    """Return the policy as a function of observations."""
+
+    def act(_: int, observations: np.ndarray) -> np.ndarray:
+        with torch.no_grad():
+            return algorithm.policy.actor(observations)[0][0].numpy()
+
+    return act
+
+
+if __name__ == "__main__":
+    torch.manual_seed(1)
+    torch.set_num_threads(1)  # the networks are small
+    game = make_game("head_on", speed="l1", lam=0.8)
+    agents = range(len(game.agents))
+    algorithms = [make_ppo(shaped_env(game, i, {})) for i in agents]
+    acts: dict[int, Act] = {}  # at first the others follow their straight plans
+    start, each = time.time(), -(-STEPS // (ROUNDS * len(agents)))
+    for turn in range(ROUNDS * len(agents)):
+        i = turn % len(agents)
+        envs = DummyVectorEnv([lambda i=i: shaped_env(game, i, acts)] * 8)
+        collector = Collector[Any](algorithms[i], envs, VectorReplayBuffer(2048, 8))
+        collector.reset()
+        algorithms[i].run_training(
+            OnPolicyTrainerParams(
+                training_collector=collector,
+                max_epochs=1,
+                epoch_num_steps=each,
+                collection_step_num_env_steps=2048,
+                batch_size=512,
+                update_step_num_repetitions=10,
+                show_progress=False,
+                verbose=False,
+            )
+        )
+        acts[i] = mean_action(algorithms[i])
+    seconds = time.time() - start
+
+    def act(agent: int, observations: np.ndarray) -> np.ndarray:
+        """Return the mean action of the agent's own policy."""
+        return acts[agent](agent, observations)
+
+    report("tianshou-ppo", game, act, steps=STEPS, seconds=seconds)

@@ -1,0 +1,231 @@
+"""The examples with other libraries: what they import is pinned, and what they share is right.
+
+Their trainings need the libraries, and run every night (``make neighbours``).
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from pettingzoo.test import parallel_api_test
+
+from ppg_env import SingleAgentEnv, make_game, parallel_env
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.txt"))
+SHARED = {"figures", "run_neighbours", "shaped_env"}
+PACKAGES = {"ppg_env", "solvers", "baselines", "benchmarks"}
+LINES = 140
+
+PIN = re.compile(r"([A-Za-z0-9._-]+)(\[[a-z,]+\])?==[A-Za-z0-9.]+")
+DISTRIBUTIONS = {"pufferlib": "pufferlib-core"}
+"""Distributions of modules, where they have another name."""
+
+
+def normal(name: str) -> str:
+    """Return a distribution's name as pip compares it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def pins(text: str) -> dict[str, str]:
+    """Return the pinned requirements of a file by name; fail if a line is none."""
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    matches = {line: PIN.fullmatch(line) for line in lines}
+    assert [line for line, match in matches.items() if match is None] == []
+    return {normal(match[1]): line for line, match in matches.items() if match}
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """Return the packages that a file imports when it is loaded."""
+    names: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module.split(".")[0])
+    return names
+
+
+def foreign(name: str) -> set[str]:
+    """Return the packages that an example imports and neither Python nor this project has."""
+    tree = ast.parse((EXAMPLES / f"{name}.py").read_text(encoding="utf-8"))
+    return imported(tree) - set(sys.stdlib_module_names) - SHARED - PACKAGES
+
+
+def shared(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Load a file that examples share, as they do."""
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    return importlib.import_module(name)
+
+
+def test_every_file_is_an_example_or_shared_by_them() -> None:
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {*NAMES, *SHARED}
+    assert len(NAMES) >= 6
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_is_short_and_says_how_to_run_it(name: str) -> None:
+    text = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LINES
+    assert f"python examples/{name}.py" in (ast.get_docstring(ast.parse(text)) or "")
+    assert name not in foreign(name), "a file would hide the library of its name"
+    compile(text, name, "exec")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_an_example_needs_beyond_this_project_is_pinned(name: str) -> None:
+    pinned = pins((EXAMPLES / f"{name}.txt").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    own = {normal(re.split(r"[<>=\[]", need)[0]) for need in project["dependencies"]}
+    needed = {normal(DISTRIBUTIONS.get(module, module)) for module in foreign(name)}
+    assert needed - own <= set(pinned)
+    ours = (ROOT / "constraints.txt").read_text().splitlines()
+    assert pinned["torch"] in ours  # another would be a build of several GB
+
+
+def test_the_check_of_pins_bites() -> None:
+    assert pins("# why\n\nray[rllib]==2.60.0\n") == {"ray": "ray[rllib]==2.60.0"}
+    for line in ("ray", "ray>=2", "ray==2.60.0 --no-deps", "-r other.txt"):
+        with pytest.raises(AssertionError):
+            pins(line)
+    assert imported(ast.parse("import a.b\nfrom c.d import e\ndef f():\n    import g")) == {
+        "a",
+        "c",
+    }
+
+
+def test_each_example_runs_every_night_and_has_its_place_in_the_docs() -> None:
+    workflow = (ROOT / ".github/workflows/ci.yml").read_text()
+    (matrix,) = re.findall(r"example: \[(.*)\]", workflow)
+    assert [word.strip() for word in matrix.split(",")] == [name.split("_")[0] for name in NAMES]
+    page = (ROOT / "docs/neighbours.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"examples/{name}.py" not in page] == []
+
+
+# --- what the examples share ----------------------------------------------------------------------
+
+
+def towards_goal(observation: np.ndarray, dim: int) -> np.ndarray:
+    """Return actions in [-1, 1] of full speed towards the goal, along the first axis."""
+    action = np.zeros((*observation.shape[:-1], dim), dtype=np.float32)
+    action[..., 0] = -np.sign(observation[..., 0])
+    return action
+
+
+@pytest.mark.parametrize("scenario", ["head_on", "intersection3", "circle(4)", "corridor"])
+@pytest.mark.parametrize("together", [False, True])
+def test_shaping_changes_returns_by_constants(
+    scenario: str, together: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = shared("shaped_env", monkeypatch)
+    shaped, plain = module.ShapedEnv(scenario, together=together), parallel_env(scenario)
+    rng, names = np.random.default_rng(0), plain.possible_agents
+    for seed in range(5):
+        first, last = shaped.reset(seed=seed)[0], plain.reset(seed=seed)[0]
+        returns, expected = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
+        while plain.agents:
+            moves = {name: rng.uniform(-1, 1, 2).astype(np.float32) for name in names}
+            boxes = {name: plain.action_space(name) for name in names}
+            seen, rewards, *_ = shaped.step({name: moves[name] for name in shaped.agents})
+            inputs = {
+                name: (box.high + box.low) / 2 + (box.high - box.low) / 2 * moves[name]
+                for name, box in boxes.items()
+            }
+            observed, plain_rewards, *_ = plain.step(inputs)
+            last |= observed
+            assert all(np.array_equal(seen[name], last[name]) for name in seen)
+            for total, new in ((returns, rewards), (expected, plain_rewards)):
+                total |= {name: total[name] + new[name] for name in new}
+        assert shaped.agents == []
+        for i, name in enumerate(names):
+            potential = shaped._potential(i, last[name]) - shaped._potential(i, first[name])
+            assert module.SCALE * returns[name] == pytest.approx(
+                expected[name] + potential, abs=1e-4
+            )
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_the_shaped_environment_passes_the_official_test(
+    together: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    env = shared("shaped_env", monkeypatch).ShapedEnv("intersection3", together=together)
+    parallel_api_test(env, num_cycles=60)
+
+
+def test_agents_that_play_together_end_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = shared("shaped_env", monkeypatch).ShapedEnv("intersection3", together=True, noise=0.0)
+    env.reset(seed=0)
+    done: dict[str, Any] = {}
+    while env.agents:
+        assert env.agents == env.possible_agents
+        seen, _, terminated, truncated, infos = env.step(
+            {name: np.full(2, 0.3, dtype=np.float32) for name in env.agents}
+        )
+        done = {name: terminated[name] or truncated[name] for name in terminated}
+        assert len(set(done.values())) == 1
+        assert list(seen) == list(infos) == env.possible_agents
+    assert all(done.values())
+
+
+def test_a_single_learner_is_shaped_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = shared("shaped_env", monkeypatch)
+    env, plain = module.ShapedLearner(SingleAgentEnv("head_on", 1)), SingleAgentEnv("head_on", 1)
+    first, _ = env.reset(seed=3)
+    plain.reset(seed=3)
+    action = np.array([-4.0, 1.0], dtype=np.float32)
+    seen, reward, *_ = env.step(action)
+    change = env._potential(1, seen) - env._potential(1, first)
+    assert reward * module.SCALE == pytest.approx(plain.step(action)[1] + change)
+
+
+def test_a_policy_is_reported_with_the_figures_of_compare(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    figures = shared("figures", monkeypatch)
+    monkeypatch.setattr(figures, "EPISODES", 50)
+    game = make_game("parallel", speed="l1", lam=0.8)
+    figures.report(
+        "straight", game, lambda i, seen: towards_goal(seen, game.dim), steps=1000, seconds=2.0
+    )
+    table = shared("run_neighbours", monkeypatch).table("log\n" + capsys.readouterr().out)
+    title, own, learned = (re.split(r"\s{2,}", line) for line in table)
+    assert title == list(figures.COLUMNS)
+    assert own[:3] == ["straight", "1,000", "2"]
+    assert learned[:2] == ["ppo-selfish", "2,000,000"]
+    assert 6 < float(own[3].split()[0]) < 10
+    assert float(own[-1]) > 50
+
+
+# --- make neighbours ------------------------------------------------------------------------------
+
+
+def test_a_failing_command_is_reported_by_its_last_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, log = shared("run_neighbours", monkeypatch), tmp_path / "log"
+    monkeypatch.setattr(module, "HOME", tmp_path)
+    assert module.call("failed", [sys.executable, "-c", "print('fine')"], log) == "fine\n"
+    code = "import sys; print('first', file=sys.stderr); sys.exit('no wheel for 3.11')"
+    with pytest.raises(module.StoppedError, match=r"^not installed: no wheel for 3\.11$"):
+        module.call("not installed", [sys.executable, "-c", code], log)
+    assert log.read_text() == "fine\nfirst\nno wheel for 3.11\n"
+
+
+def test_examples_are_chosen_by_the_start_of_their_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = shared("run_neighbours", monkeypatch)
+    assert module.examples() == NAMES
+    assert module.examples("rllib") == ["rllib_ppo"]
+    monkeypatch.setattr(sys, "argv", ["run_neighbours.py", "--only", "nonsense"])
+    with pytest.raises(SystemExit) as stop:
+        module.main()
+    assert stop.value.code == 2
