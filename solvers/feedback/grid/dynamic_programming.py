@@ -3,6 +3,11 @@
 Crashes and arrivals have their Gaussian probabilities; the noise is integrated exactly against a
 cubic interpolant of the costs; the policies look one step ahead with actions between those of the
 grid.  Both agents observe both states and the clock.
+
+An overlap and an arrival in the same step count as independent of each other, and random starts as
+their means.  Where bodies can overlap at the border of an arrival region, values are too high and
+policies too careful: by 5 % and 3 % in a game on a line whose goals are closer to each other than
+the bodies are wide.
 """
 
 from __future__ import annotations
