@@ -1,6 +1,7 @@
 r"""Deviations of one agent from players that stay as they are: each tries to lower its own cost.
 
-    grid       the best response by dynamic programming on a grid of the joint state
+    grid       the best response by dynamic programming on a grid of the joint state, finer than
+               that of the other player's policy if it has one
     planned    the planner's best response to the others' mean behaviour, tracked
     trained    PPO against the frozen others, from the player's own policy if it has one
 
@@ -46,12 +47,15 @@ class DeviationOptions:
     seed : of the training, and of the episodes that ``planned`` averages.
     solver, time_limit : of the planner, see :func:`solvers.best_response`; ``time_limit`` also
         bounds ``grid``.
+    memory_limit, progress : of ``grid``, see :func:`solvers.best_feedback_response`.
     """
 
     steps: int = 500_000
     seed: int = 0
     solver: str = "ENGINE"
     time_limit: float | None = 60.0
+    memory_limit: float | None = None
+    progress: Callable[[int, int], None] | None = None
 
     def __post_init__(self) -> None:
         require(self.steps >= 1, "steps", f"is {self.steps}", "give a number of steps, 1 or more")
@@ -96,10 +100,14 @@ def _by_grid(
     game: Game, agent: int, players: Sequence[Player], options: DeviationOptions, rules: Rules
 ) -> Player | None:
     """Compute the best response by dynamic programming."""
-    from solvers.feedback.grid.dynamic_programming import best_feedback_response
+    from solvers.feedback.grid.dynamic_programming import MEMORY_LIMIT, best_feedback_response
 
-    limit = options.time_limit
-    return best_feedback_response(game, agent, players, rules, time_limit=limit).player
+    return best_feedback_response(
+        game, agent, players, rules,
+        memory_limit=options.memory_limit or MEMORY_LIMIT,
+        time_limit=options.time_limit,
+        progress=options.progress,
+    ).player  # fmt: skip
 
 
 def _trained(

@@ -4,8 +4,6 @@ from .equilibrium.certificate import Certificate as Certificate
 from .equilibrium.certificate import certify as certify
 from .equilibrium.enumeration import Equilibrium as Equilibrium
 from .equilibrium.enumeration import collect_equilibria as collect_equilibria
-from .feedback.grid.deviations import Deviation as Deviation
-from .feedback.grid.deviations import feedback_deviation as feedback_deviation
 from .feedback.grid.dynamic_programming import best_feedback_response as best_feedback_response
 from .feedback.grid.dynamic_programming import feedback_equilibrium as feedback_equilibrium
 from .feedback.grid.dynamic_programming import feedback_optimum as feedback_optimum

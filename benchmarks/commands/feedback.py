@@ -123,24 +123,26 @@ def _gains(
     solution: FeedbackSolution, grid: GridOptions, episodes: int, seed: int
 ) -> list[Interval]:
     """Return what each agent gains by a best response on a finer grid, simulated."""
-    from solvers.feedback.grid.deviations import feedback_deviation
+    from baselines.deviations import DeviationOptions
+    from baselines.regret import regret_bounds
 
-    gains = []
-    for agent, name in enumerate(solution.game.agent_names):
-        stages = solution.rules.steps(solution.game)
-        with bar(f"best response of {name}, stages", stages) as advance:
-            deviation = feedback_deviation(
-                solution.game,
-                agent,
-                solution.players(),
-                episodes=episodes,
-                seed=seed,
-                memory_limit=2 * grid.memory * 1e9,  # a finer grid
-                time_limit=grid.time_limit,
-                progress=_each(advance),
-            )
-        gains.append(deviation.gain)
-    return gains
+    game = solution.game
+    with bar("best responses, stages", solution.rules.steps(game) * len(game.agents)) as advance:
+        options = DeviationOptions(
+            time_limit=grid.time_limit,
+            memory_limit=2 * grid.memory * 1e9,  # a finer grid
+            progress=_each(advance),
+        )
+        bounds = regret_bounds(
+            game,
+            solution.players(),
+            deviations=["grid"],
+            episodes=episodes,
+            seed=seed,
+            rules=solution.rules,
+            options=options,
+        )
+    return [bound.gains["grid"] for bound in bounds.values()]
 
 
 def _report(

@@ -6,11 +6,14 @@ import pytest
 
 from baselines import Learned, regret_bounds
 from baselines.deviations import DeviationOptions, usual_deviations
+from baselines.regret import EVALUATION
 from ppg_env import Game, InputError, make_game
+from ppg_env.env.episodes import evaluate, mean_interval
 from ppg_env.env.players import straight_players, track
 from ppg_env.scenarios.make import override_game
-from solvers import best_response_dynamics
+from solvers import best_feedback_response, best_response_dynamics, feedback_optimum
 from tests.baselines.small import ROLLOUT
+from tests.solvers.feedback.line_games import line_agent, line_game
 
 PLANNED = {"deviations": ["planned"], "episodes": 2000}
 
@@ -40,6 +43,30 @@ def test_a_grid_is_used_where_it_applies() -> None:
     three = make_game("intersection3")
     with pytest.raises(InputError, match="agents"):
         regret_bounds(three, straight_players(three), deviations=["grid"], episodes=100)
+
+
+def test_the_gain_on_a_grid_is_that_of_the_best_response() -> None:
+    """A fast agent behind a slow one, both blind: the first gains by waiting."""
+    game = line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0))
+    players = straight_players(game)
+    found = regret_bounds(game, players, deviations=["grid"], agents=[0], episodes=1024)[0]
+    response = best_feedback_response(game, 0, players)
+    costs = [
+        evaluate(game, team, 1024, group=EVALUATION).cost[:, 0]
+        for team in (players, response.players())
+    ]
+    assert found.gains["grid"] == mean_interval(costs[0] - costs[1])
+    assert found.deviation == "grid"
+    assert found.regret.low > 0
+    with pytest.raises(InputError, match="memory_limit"):
+        regret_bounds(game, players, deviations=["grid"], agents=[0], episodes=100,
+                      options=DeviationOptions(memory_limit=1e3))  # fmt: skip
+
+
+def test_responses_to_policies_from_grids_have_finer_grids() -> None:
+    game = line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0), horizon=2)
+    optimum = feedback_optimum(game)
+    assert best_feedback_response(game, 0, optimum.players()).step < optimum.step
 
 
 @pytest.mark.nightly

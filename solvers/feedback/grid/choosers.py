@@ -10,7 +10,8 @@ from solvers.feedback.grid.equilibrium_kernels import NONE, stage_equilibria
 from solvers.feedback.grid.frozen_players import Observer, grid_actions
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.moves import after, project
-from solvers.feedback.grid.stage_kernels import Side, erode, respond, settle
+from solvers.feedback.grid.stage_kernels import Side, erode, reach_of, respond, settle
+from solvers.feedback.grid.state_grid import Grid
 
 STARTS = ("selfish", "social", "swapped")
 """Rules for the actions from which best responses begin."""
@@ -35,6 +36,7 @@ class JointOptimum:
 
     agents: tuple[int, ...] = (0, 1)
     stationary = True
+    together = True
     kept = 1
 
     def __init__(self, model: JointModel) -> None:
@@ -50,9 +52,13 @@ class JointOptimum:
             how, crash = np.empty(model.shape, np.uint8), np.full(2, model.crash.sum())
             stage_equilibria(
                 np.ascontiguousarray(total.T), total, sides[0], sides[1], model.risk, crash,
-                _reach(sides[0]), _reach(sides[1]), False, DESCENTS, False, choice, how,
+                reach_of(sides[0]), reach_of(sides[1]), False, DESCENTS, False, choice, how,
             )  # fmt: skip
         return _settled(model, sides, fields, choice)
+
+    def parked_ends(self, clock: int, places: dict[int, Grid]) -> dict[int, np.ndarray]:
+        """Return no moves: both agents are solved for."""
+        return {}
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
         """Return the sum of the fields."""
@@ -64,6 +70,7 @@ class StageEquilibrium:
 
     agents: tuple[int, ...] = (0, 1)
     stationary = True
+    together = False
     kept = 2
 
     def __init__(self, model: JointModel, start: str) -> None:
@@ -83,8 +90,8 @@ class StageEquilibrium:
         how = np.empty(model.shape, np.uint8)
         stage_equilibria(
             np.ascontiguousarray(fields[0].T), fields[1], sides[0], sides[1], model.risk,
-            model.crash, _reach(sides[0]), _reach(sides[1]), self._start == "swapped", ROUNDS, True,
-            choice, how,
+            model.crash, reach_of(sides[0]), reach_of(sides[1]), self._start == "swapped", ROUNDS,
+            True, choice, how,
         )  # fmt: skip
         self._games += how.size
         self._lacking += int((how == NONE).sum())
@@ -106,6 +113,10 @@ class StageEquilibrium:
             choice[i] = alone[:, None] if i == 0 else alone[None]
         return choice
 
+    def parked_ends(self, clock: int, places: dict[int, Grid]) -> dict[int, np.ndarray]:
+        """Return no moves: both agents are solved for."""
+        return {}
+
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
         """Return both fields."""
         return np.stack(fields)
@@ -118,6 +129,7 @@ class Response:
     """
 
     stationary = False
+    together = False
     kept = 1
 
     def __init__(self, model: JointModel, agent: int, player: Player) -> None:
@@ -133,32 +145,41 @@ class Response:
         out, best = np.empty_like(field), np.empty(field.shape, np.int32)
         respond(
             field, side, model.risk, agent == 0, model.crash[agent], model.lam[agent],
-            _reach(side), grid.low, grid.step, grid.shape, grid.points, self._other_ends(clock),
+            reach_of(side), grid.low, grid.step, grid.shape, grid.points, self._other_ends(clock),
             model.stays(other), out, best,
         )  # fmt: skip
         if agent == 0:
             out, best = np.ascontiguousarray(out.T), best.T
         return [out], best[None]
 
+    def parked_ends(self, clock: int, places: dict[int, Grid]) -> dict[int, np.ndarray]:
+        """Return the other's ends (P, K, 2) while the agent is parked."""
+        other = 1 - self._agent
+        ends = self._ends(clock, places[other], self._agent)
+        return {other: np.broadcast_to(ends, (places[other].size, *ends.shape[1:]))}
+
     def _other_ends(self, clock: int) -> np.ndarray:
         """Return the states (K_other, K_own or 1, 2) of the other agent after its moves."""
+        ends = self._ends(clock, self._model.grids[self._agent], None)
+        return np.ascontiguousarray(ends.transpose(1, 0, 2))
+
+    def _ends(self, clock: int, own: Grid, parked: int | None) -> np.ndarray:
+        """Return the other's ends (K_own or 1, K_other, 2), with the agent at points of ``own``."""
         model, other = self._model, 1 - self._agent
-        mover = model.game.agents[other]
-        states = [
-            grid.points[:, : agent.state_dim]
-            for grid, agent in zip(model.grids, model.game.agents, strict=True)
-        ]
+        mover, n = model.game.agents[other], max(a.state_dim for a in model.game.agents)
         if self.player.information != "full state":
-            states[self._agent] = states[self._agent][:1]
+            own = Grid(own.low, own.step, (1, 1))
+        states = [own.points[:, :n], own.points[:, :n]]
+        states[other] = model.grids[other].points[:, :n]
         actions = grid_actions(
-            self._observer, self.player, states[0], states[1], clock, mover.control_dim
+            self._observer, self.player, states[0], states[1], clock, mover.control_dim, parked
         )
-        if other == 1:
+        if other == 0:
             actions = actions.transpose(1, 0, 2)
         if model.rules.saturation == "clip":
             flat = np.ascontiguousarray(actions.reshape(-1, mover.control_dim))
             actions = project(flat, set_at(mover.control, clock)).reshape(actions.shape)
-        return after(mover, states[other][:, None], actions).astype(np.float32)
+        return after(mover, states[other][None], actions).astype(np.float32)
 
     def keep(self, fields: list[np.ndarray]) -> np.ndarray:
         """Return the agent's field."""
@@ -193,11 +214,6 @@ def _settled(
     out = np.empty((2, *model.shape), np.float32)
     settle(np.stack(fields), sides[0], sides[1], model.risk, model.crash, model.lam, choice, out)
     return [out[0], out[1]], choice
-
-
-def _reach(side: Side) -> np.ndarray:
-    """Return (K, 4) lowest and highest states after a move from each grid point."""
-    return np.concatenate([side.ends.min(axis=1), side.ends.max(axis=1)], axis=1)
 
 
 def _nearest(side: Side) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from numba import prange
 
 from ppg_env.support.compilation import njit
-from solvers.feedback.grid.stage_kernels import best_move, is_near, overlap
+from solvers.feedback.grid.stage_kernels import best_move, exposed, is_near, overlap
 
 EQUILIBRIUM, ENUMERATED, NONE = range(3)
 """How the actions of a state were found: by best responses, by enumeration, or as the pair of
@@ -99,6 +99,6 @@ def _pair(field, own, other, risk, own_first, crash, x, a, y, b):
             part += own.weight[x, a, s] * field[row, own.index[x, a, s]]
         value += other.weight[y, b, t] * part
     p = overlap(risk, own_first, own.points[x], other.points[y], own.ends[x, a], other.ends[y, b])
-    p *= own.stays[x, a] * other.stays[y, b]
+    p *= exposed(risk, own.stays[x, a], other.stays[y, b])
     value += p * (crash - value if risk.removes else crash)
     return value + own.cost[x, a]

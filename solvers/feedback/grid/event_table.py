@@ -49,7 +49,7 @@ class Events(NamedTuple):
     for swept collisions; values (P, Q): at instants; start_low, start_step (2,): points x;
     ratio (2,): points y per distance of points x; swept_values (n0, n1, P, Q): in row (i, j) for
     the points from (i, j) ratio on; swept: which of them holds; removes:
-    crashed agents leave; empty: no hazard.
+    crashed agents leave; parks: arrived bodies stay; empty: no hazard.
     """
 
     low: np.ndarray
@@ -61,6 +61,7 @@ class Events(NamedTuple):
     swept_values: np.ndarray
     swept: bool
     removes: bool
+    parks: bool
     empty: bool
 
 
@@ -68,7 +69,7 @@ def no_events() -> Events:
     """Return the table of no hazard."""
     one = np.ones(AXES)
     return Events(one, one, np.zeros((1, 1)), one, one, one.astype(np.int64),
-                  np.zeros((1, 1, 1, 1), np.float32), False, True, True)  # fmt: skip
+                  np.zeros((1, 1, 1, 1), np.float32), False, True, False, True)  # fmt: skip
 
 
 def instant_events(hazards: Sequence[Hazard], covariance: np.ndarray) -> Events:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Protocol
 
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
-from solvers.feedback.grid.joint_model import JointModel
-from solvers.feedback.grid.moves import stencils
-from solvers.feedback.grid.player import FeedbackPlayer, Policy
-from solvers.feedback.grid.state_grid import padded
 
 KINDS = ("optimum", "equilibrium", "response")
+
+
+class Policies(Protocol):
+    """What the players of a solution share."""
+
+    def players(self) -> list[Player]:
+        """Return one player per agent."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,28 +54,14 @@ class FeedbackSolution:
     without_equilibrium: float
     memory: int
     seconds: float
-    policy: Policy
+    policy: Policies
 
     def players(self) -> list[Player]:
         """Return one player per agent; the given player where another agent responds to it."""
-        if self.policy.partner is None:
-            return [FeedbackPlayer(self.policy, i) for i in range(len(self.game.agents))]
-        players: list[Player] = [self.policy.partner] * 2
-        players[self.agents[0]] = self.player
-        return players
+        return self.policy.players()
 
     @property
-    def player(self) -> FeedbackPlayer:
-        """The player of the agent that responds."""
-        require(self.kind == "response", "player", "is not of one agent", "use players()")
-        return FeedbackPlayer(self.policy, self.agents[0])
-
-
-def value_at_start(model: JointModel, values: np.ndarray) -> float:
-    """Return the interpolant of ``values`` (K0, K1) at the starts."""
-    result = values
-    for i in (1, 0):
-        start = padded(model.game.agents[i].start[None])
-        index, weight = stencils(model.grids[i], start)
-        result = result[..., index[0]] @ weight[0]
-    return float(result)
+    def player(self) -> Player:
+        """The player of the agent that is solved for, if it is one."""
+        require(len(self.agents) == 1, "player", "is not of one agent", "use players()")
+        return self.players()[self.agents[0]]

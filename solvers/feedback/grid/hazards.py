@@ -33,24 +33,25 @@ def overlaps(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Events:
 
 
 def _with(rules: Rules, events: Events) -> Events:
-    return events._replace(removes=rules.on_crash == "remove")
+    return events._replace(removes=rules.on_crash == "remove", parks=rules.on_goal == "stay")
 
 
 def harms(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Harms:
     """Return the probabilities of crashes with obstacles; the last epoch holds without end."""
-    moving = [obstacle for obstacle in game.obstacles if obstacle.path is not None]
-    ends = [max(obstacle.rest, obstacle.until or 0) + 1 for obstacle in moving]
-    epochs = min(max(ends, default=1), rules.steps(game))
     return tuple(
-        (
-            _with(rules, _harm(game, 0, clock, grids[0])),
-            _with(rules, _harm(game, 1, clock, grids[1])),
-        )
-        for clock in range(epochs)
+        (harm_of(game, rules, 0, clock, grids[0]), harm_of(game, rules, 1, clock, grids[1]))
+        for clock in range(epochs(game, rules))
     )
 
 
-def _harm(game: Game, agent: int, clock: int, grid: Grid) -> Events:
+def epochs(game: Game, rules: Rules) -> int:
+    """Return the number of first steps in which obstacles differ; the last one stands for more."""
+    moving = [obstacle for obstacle in game.obstacles if obstacle.path is not None]
+    ends = [max(obstacle.rest, obstacle.until or 0) + 1 for obstacle in moving]
+    return min(max(ends, default=1), rules.steps(game))
+
+
+def harm_of(game: Game, rules: Rules, agent: int, clock: int, grid: Grid) -> Events:
     """Return the probabilities of crashes of ``agent`` in the step from ``clock``."""
     d, swept = game.dim, game.collisions == "swept"
     hazards = []
@@ -63,9 +64,10 @@ def _harm(game: Game, agent: int, clock: int, grid: Grid) -> Events:
             path = obstacle.positions(clock + 1)
             hazards.append(Hazard(encounter.collision, path[clock], path[clock + 1]))
     if not hazards:
-        return no_events()
+        return _with(rules, no_events())
     noise = game.agents[agent].noise[:d, :d]
     if not swept:
-        return instant_events(hazards, noise)
+        return _with(rules, instant_events(hazards, noise))
     reach = longest_move(game.agents[agent], grid)[:d]
-    return swept_events(hazards, noise, grid.step[:d], grid.low[:d], reach)
+    events = swept_events(hazards, noise, grid.step[:d], grid.low[:d], reach)
+    return _with(rules, events)

@@ -17,7 +17,7 @@ from solvers.feedback.grid.hazards import Harms, harms, overlaps
 from solvers.feedback.grid.moves import Moves, make_moves
 from solvers.feedback.grid.noise_filter import NoiseFilter, make_noise_filter
 from solvers.feedback.grid.stage_kernels import Side
-from solvers.feedback.grid.state_grid import AXES, Grid, default_step, make_grid
+from solvers.feedback.grid.state_grid import AXES, MOST_AXES, Grid, default_step, make_grid
 
 FLOAT = 4
 """Bytes of a value on the grid."""
@@ -62,7 +62,9 @@ class JointModel:
     def on_grid(self) -> np.ndarray:
         """(K0, K1) float32 probability of a crash of agents that rest at grid points."""
         chance = chances(self.risk, self.grids[0].points, self.grids[1].points)
-        chance *= np.outer(self.stays(0), self.stays(1))
+        first, second = self.stays(0)[:, None], self.stays(1)[None]
+        both = first * second
+        chance *= first + second - both if self.risk.parks else both
         return chance.astype(np.float32)
 
     @cached_property
@@ -154,6 +156,7 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
     """
     rules = (Rules() if rules is None else rules).of(game)
     check_extent(game, rules)
+    require(len(game.agents) == 2, "game", "has one agent", "use feedback_optimum")
     if step is None:
         step = min(default_step(game, i, rules) for i in range(len(game.agents)))
     require(step > 0, "step", f"is {step}", "give a positive length")
@@ -171,17 +174,20 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
 def check_extent(game: Game, rules: Rules) -> None:
     """Refuse games and rules without a grid model."""
     plan = "use planners, or learned players"
-    require(len(game.agents) == 2, "game", f"has {len(game.agents)} agents", "give two")
+    count, most = len(game.agents), AXES if len(game.agents) > 1 else MOST_AXES
+    require(count <= 2, "game", f"has {count} agents", "give one or two")
+    require(game.dim <= AXES, "game", "is in space", plan)
     for i, agent in enumerate(game.agents):
         require(
-            agent.state_dim <= AXES,
+            agent.state_dim <= most,
             f"agent[{i}]",
-            f"has {agent.state_dim} state components, and a grid has {AXES} per agent",
+            f"has {agent.state_dim} state components, and a grid has {most} per agent",
             plan,
         )
     for k, obstacle in enumerate(game.obstacles):
+        parks = obstacle.path is not None and rules.on_goal == "stay"
+        require(not parks, f"obstacle[{k}]", "moves, and arrived bodies stay", plan)
         drifts = obstacle.path is not None and obstacle.noise.any()
         require(not drifts, f"obstacle[{k}]", "drifts", plan)
-    require(rules.on_goal == "remove", "on_goal", "is 'stay'", plan)
     require(rules.arrival == "region", "arrival", "is 'schedule'", "use 'region'")
     require(rules.reward == "risk", "reward", "is 'margin'", "use 'risk'")

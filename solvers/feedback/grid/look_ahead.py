@@ -17,7 +17,7 @@ from numba import prange
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
-from solvers.feedback.grid.stage_kernels import overlap, stencil
+from solvers.feedback.grid.stage_kernels import exposed, overlap, stencil
 
 REFINEMENTS = 3
 """Halvings of the distance between actions."""
@@ -85,16 +85,16 @@ def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, oth
     """Return the cost of the action ``u`` at state ``x``.
 
     ``other`` (5,): the other's states before and after its move, and its probability of no
-    arrival, zero without another agent.
+    arrival, negative without another agent.
     """
     advance(body, base, u, y)
     value = read(body, window, i0, j0, y, w0, w1)
     lost, stays = 0.0, -1.0
-    if other[4] > 0.0:
-        p = overlap(risk, own_first, x, other[:2], y, other[2:4]) * other[4]
+    if other[4] >= 0.0:
+        p = overlap(risk, own_first, x, other[:2], y, other[2:4])
         if p > 0.0:
             stays = read(body, body.stays, 0, 0, y, w0, w1)
-            lost += p * stays * (crash - value if risk.removes else crash)
+            lost += p * exposed(risk, stays, other[4]) * (crash - value if risk.removes else crash)
     if not harm.empty:
         p = chance(harm, x[0], x[1], y[0], y[1])
         if p > 0.0:
@@ -195,7 +195,7 @@ def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, f
     i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
     other = np.empty(5)
     other[:2], other[2:4] = far_x, far_y
-    other[4] = read(far, far.stays, 0, 0, far_y, w0, w1)
+    other[4] = max(read(far, far.stays, 0, 0, far_y, w0, w1), 0.0)
     if coarse:
         search(
             body, harm, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best
@@ -267,7 +267,7 @@ def decide_jointly(
 def decide_alone(body, harm, alone, risk, states, actions):
     """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
     for c in prange(states.shape[0]):
-        w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.zeros(5)
+        w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.full(5, -1.0)
         base[:] = body.A @ states[c]
         for finer in (False, True):
             search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,

@@ -70,19 +70,19 @@ def make_moves(mover: Agent, grid: Grid, control: Polytope) -> Moves:
 
 
 def after(mover: Agent, states: np.ndarray, actions: np.ndarray) -> np.ndarray:
-    """Return A x + B u (..., 2) for grid states (..., 2) and inputs (..., m)."""
+    """Return A x + B u (..., axes) for states (..., n) and inputs (..., m)."""
     moved = states[..., : mover.state_dim] @ mover.A.T
-    return padded(moved + actions @ mover.B.T)
+    return padded(moved + actions @ mover.B.T, max(AXES, states.shape[-1]))
 
 
 def longest_move(mover: Agent, grid: Grid) -> np.ndarray:
-    """Return the largest change (2,) of each state component in a step without noise."""
+    """Return the largest change (axes,) of each state component in a step without noise."""
     last = grid.low + grid.step * (np.array(grid.shape) - 1)
     corners = np.array(list(product(*zip(grid.low, last, strict=True))))
     drift = after(mover, corners, np.zeros((1, mover.control_dim))) - corners
     low, high = bounds(mover.control)
     push = np.abs(mover.B) @ np.maximum(np.abs(low), np.abs(high))
-    return np.abs(drift).max(axis=0) + padded(push)
+    return np.abs(drift).max(axis=0) + padded(push, len(grid.shape))
 
 
 def action_set(mover: Agent, grid: Grid, control: Polytope) -> np.ndarray:
@@ -102,6 +102,17 @@ def action_set(mover: Agent, grid: Grid, control: Polytope) -> np.ndarray:
     )
     every = np.unique(np.round(every, 9) + 0.0, axis=0)
     return every[np.argsort(np.abs(every).sum(axis=1), kind="stable")]
+
+
+def action_spacing(actions: np.ndarray, control: Polytope) -> np.ndarray:
+    """Return (m,) the largest distance between neighbouring ``actions``, per component."""
+    low, high = control.bounds
+    lattice = [np.unique(np.abs(column).round(9)) for column in actions.T]
+    gaps = [
+        np.diff(values).max() if values.size > 1 else high[q] - low[q]
+        for q, values in enumerate(lattice)
+    ]
+    return np.array(gaps)
 
 
 def _spacing(mover: Agent, grid: Grid, component: int) -> float:

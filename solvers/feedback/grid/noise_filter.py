@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
+from ppg_env.errors import require
 from ppg_env.game.agent import Agent
 from ppg_env.game.dynamics import square_root
 from ppg_env.support.compilation import njit
@@ -73,12 +74,16 @@ class NoiseFilter:
 
     def traffic(self, values: np.ndarray, width: int = 1) -> np.ndarray:
         """Return E[1{no arrival} f] for values (..., K, width)."""
-        total, part = values, values
+        total = values
         for factor in self.everywhere:
             total = factor(total, width)
+        return total - self.arrives(values, width)
+
+    def arrives(self, values: np.ndarray, width: int = 1) -> np.ndarray:
+        """Return E[1{arrival} f] for values (..., K, width)."""
         for factor in self.arrival:
-            part = factor(part, width)
-        return total - part
+            values = factor(values, width)
+        return values
 
 
 def make_noise_filter(mover: Agent, grid: Grid, tolerance: np.ndarray) -> NoiseFilter:
@@ -89,12 +94,18 @@ def make_noise_filter(mover: Agent, grid: Grid, tolerance: np.ndarray) -> NoiseF
     n, goal = mover.state_dim, mover.goal
     region = [
         (goal[k] - tolerance[k], goal[k] + tolerance[k]) if k < goal.size else (-np.inf, np.inf)
-        for k in range(AXES)
+        for k in range(len(grid.shape))
     ]
     if np.array_equal(mover.noise, np.diag(np.diag(mover.noise))):
-        deviations = np.sqrt(np.pad(np.diag(mover.noise), (0, AXES - n)))
+        deviations = np.sqrt(np.pad(np.diag(mover.noise), (0, len(grid.shape) - n)))
         everywhere, arrival = _separable(grid, deviations, region)
     else:
+        require(
+            len(grid.shape) == AXES,
+            "noise",
+            "is correlated between state components",
+            "use a diagonal covariance for an agent without others",
+        )
         everywhere, arrival = _joint(grid, square_root(mover.noise), region)
     one = np.ones(grid.size, dtype=np.float32)
     made = NoiseFilter(everywhere, arrival, one)
@@ -108,11 +119,10 @@ def _separable(
     """Return one factor per axis with more than one point."""
     everywhere: list[Factor] = []
     arrival: list[Factor] = []
-    for k in range(AXES):
-        size = grid.shape[k]
+    for k, size in enumerate(grid.shape):
         if size == 1:
             continue
-        inner = grid.shape[1] if k == 0 else 1
+        inner = int(np.prod(grid.shape[k + 1 :]))
         low, step = grid.low[k], grid.step[k]
         points = low + step * np.arange(size)
         for factors, within in ((everywhere, (-np.inf, np.inf)), (arrival, region[k])):

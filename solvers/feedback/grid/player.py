@@ -13,7 +13,8 @@ from solvers.feedback.grid.backward import Stages
 from solvers.feedback.grid.frozen_players import Observer
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.look_ahead import Body, decide_alone, decide_jointly, respond_everywhere
-from solvers.feedback.grid.moves import action_set, after, project
+from solvers.feedback.grid.moves import action_set, action_spacing, after, project
+from solvers.feedback.grid.parking import make_places
 from solvers.feedback.grid.state_grid import AXES, padded
 
 
@@ -31,6 +32,18 @@ class Policy:
     kind: str
     stages: Stages
     partner: Player | None = None
+
+    def players(self) -> list[Player]:
+        """Return one player per agent; the given player where another agent responds to it."""
+        own: list[Player] = [FeedbackPlayer(self, i) for i in range(2)]
+        if self.partner is not None:
+            own[1 - self.agents[0]] = self.partner
+        return own
+
+    @property
+    def agents(self) -> tuple[int, ...]:
+        """Agents that are solved for."""
+        return tuple(self.stages.alone)
 
     def row(self, clock: int) -> int:
         """Return the stage at ``clock``."""
@@ -61,16 +74,11 @@ def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
     A, B = np.eye(AXES), np.zeros((AXES, m))
     A[:n, :n], B[:n] = mover.A, mover.B
     ends = actions @ B.T
-    low, high = control.bounds
-    lattice = [np.unique(np.abs(actions[:, q]).round(9)) for q in range(m)]
-    spacing = [
-        np.diff(values).max() if values.size > 1 else high[q] - low[q]
-        for q, values in enumerate(lattice)
-    ]
     return Body(
         grid.low, grid.step, np.array(grid.shape), A, B, control.normals, control.offsets, actions,
-        np.stack([ends.min(axis=0), ends.max(axis=0)]), np.array(spacing), mover.effort,
-        model.stays(agent).reshape(grid.shape).astype(np.float64), float(model.crash[agent]), share,
+        np.stack([ends.min(axis=0), ends.max(axis=0)]), action_spacing(actions, control),
+        mover.effort, model.stays(agent).reshape(grid.shape).astype(np.float64),
+        float(model.crash[agent]), share,
     )  # fmt: skip
 
 
@@ -91,7 +99,11 @@ class FeedbackPlayer:
         for clock in np.unique(view.clock).tolist():
             now = view.in_traffic[:, self.agent] & (view.clock == clock)
             both = now & view.in_traffic[:, 1 - self.agent]
-            alone = np.flatnonzero(now & ~both)
+            past = now & view.parked[:, 1 - self.agent] & self.policy.model.risk.parks
+            alone = np.flatnonzero(now & ~both & ~past)
+            if past.any():
+                rows = np.flatnonzero(past)
+                action[rows] = self._past(view.state[rows], clock)
             if both.any():
                 rows = np.flatnonzero(both)
                 action[rows] = self._together(view.state[rows], clock)
@@ -130,6 +142,22 @@ class FeedbackPlayer:
                            model.risk, policy.crash()[own], bodies[1 - own], at[own], at[1 -
                            own], ends, size, actions[own])  # fmt: skip
         return actions[own]
+
+    def _past(self, states: np.ndarray, clock: int) -> np.ndarray:
+        """Return actions at the ``states`` (C, 2, n) in which the other agent is parked."""
+        policy, own = self.policy, self.agent
+        row, model = policy.row(clock), policy.model
+        places = make_places(model, 1 - own).grid
+        far = self._body(1 - own, clock)._replace(
+            low=places.low, shape=np.array(places.shape), stays=np.zeros(places.shape)
+        )
+        body = self._body(own, clock)._replace(share=1.0)
+        at = [self._padded(states[:, i], i) for i in range(2)]
+        actions = np.zeros((len(states), body.B.shape[1]))
+        respond_everywhere(body, model.harm(own, clock), policy.stages.passing[own][row], own == 0,
+                           model.risk, policy.crash()[own], far, at[own], at[1 - own], at[1 - own],
+                           self._window(body), actions)  # fmt: skip
+        return actions
 
     def _partner_ends(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return the other's states (C, 2) after the action that its player takes."""

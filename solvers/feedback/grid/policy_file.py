@@ -2,7 +2,7 @@
 
     about                       JSON: format, version, kind, game, rules, step, value, ...
     fields, choice              the stages of :class:`solvers.feedback.grid.backward.Stages`
-    alone<i>                    the same for agent i alone
+    alone<i>, passing<i>        the same for agent i alone, and while the other one is parked
 
 Grids, noise and collisions are computed again from the game when a file is read.
 """
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.env.rules import make_rules
-from ppg_env.errors import require
+from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_from_tables, game_to_tables
 from ppg_env.formats.plan_file import to_json
 from ppg_env.support.archives import readable_archive
@@ -48,9 +48,13 @@ def write_feedback(path: str | Path, solution: FeedbackSolution, *, last: bool =
         If the solution is a response: it needs the player that it responds to.
     """
     require(solution.kind != "response", "solution", "is a response", "save the player's actions")
-    stages = solution.policy.stages
+    policy = solution.policy
+    if not isinstance(policy, Policy):
+        raise InputError("solution", "is of one agent alone", "solve the game again where needed")
+    stages = policy.stages
     kept = slice(-1 if last and solution.stationary else None, None)
-    arrays: dict[str, Any] = {f"alone{i}": stages.alone[i][kept] for i in solution.agents}
+    arrays: dict[str, Any] = {f"alone{i}": values[kept] for i, values in stages.alone.items()}
+    arrays |= {f"passing{i}": values[kept] for i, values in stages.passing.items()}
     figures = {name: getattr(solution, name) for name in FIGURES}
     about = {
         "format": FORMAT,
@@ -108,6 +112,7 @@ def _solution(source: str, about: Any, arrays: Any) -> FeedbackSolution:
     fields, choice = arrays["fields"], arrays["choice"]
     agents = tuple(int(i) for i in about["agents"])
     alone = {i: arrays[f"alone{i}"] for i in agents}
+    passing = {i: arrays[f"passing{i}"] for i in agents if model.risk.parks}
     fits = fields.shape[2:] == choice.shape[2:] == model.shape and choice.shape[1] == 2
     fits = fits and len(fields) == len(choice) and choice.max() < model.most_actions
     require(fits, source, "does not fit its game", REMEDY)
@@ -125,6 +130,6 @@ def _solution(source: str, about: Any, arrays: Any) -> FeedbackSolution:
         memory=int(about["memory"]),
         seconds=float(about["seconds"]),
         policy=Policy(
-            model, str(about["kind"]), Stages(fields, choice, alone, {}, stationary, 0.0)
+            model, str(about["kind"]), Stages(fields, choice, alone, passing, {}, stationary, 0.0)
         ),
     )

@@ -4,11 +4,11 @@ A field holds the expected cost to go of one agent after both have moved, before
 no bodies could overlap in this step: ``field[k, l]`` at point k of one agent and l of the other.
 With y the states after the moves, the cost of a pair of actions is
 
-    C + p (c - r C) + e,    C = field(y),    p = Pr(overlap | x, y) s_1 s_2,
+    C + p (c - r C) + e,    C = field(y),    p = Pr(overlap | x, y) s,
 
-with s_i the probability that agent i does not arrive, c the crash cost, r = 1 if crashed agents
-leave the game, and e the cost of the agent's own action: effort, and crashes
-with obstacles.  States are independent of each other, so results do not depend on the
+with s the probability that neither agent arrives, or, where bodies stay, not both; c the crash
+cost, r = 1 if crashed agents leave the game, and e the cost of the agent's own action: effort, and
+crashes with obstacles.  States are independent of each other, so results do not depend on the
 number of threads.
 
 ``risk`` is the table of overlaps over displacements of agent 0 from agent 1. ``Side`` holds what
@@ -41,6 +41,13 @@ class Side(NamedTuple):
     stays: np.ndarray
     cost: np.ndarray
     points: np.ndarray
+
+
+@njit(cache=True)
+def exposed(risk, own_stays, other_stays):
+    """Return the probability that an overlap counts: no arrival, or not two where bodies stay."""
+    both = own_stays * other_stays
+    return own_stays + other_stays - both if risk.parks else both
 
 
 @njit(cache=True)
@@ -79,7 +86,7 @@ def best_move(field, side, risk, own_first, crash, x, other_before, other_index,
     if near:
         for a in range(actions):
             p = overlap(risk, own_first, side.points[x], other_before, side.ends[x, a], other_end)
-            p *= side.stays[x, a] * other_stays
+            p *= exposed(risk, side.stays[x, a], other_stays)
             if p > 0.0:
                 values[a] += p * (crash - (values[a] - side.cost[x, a] if risk.removes else 0.0))
     chosen = 0
@@ -145,7 +152,7 @@ def settle(fields, first, second, risk, crash, lam, choice, out):
             p = overlap(
                 risk, True, first.points[x], second.points[y], first.ends[x, a], second.ends[y, b]
             )
-            p *= first.stays[x, a] * second.stays[y, b]
+            p *= exposed(risk, first.stays[x, a], second.stays[y, b])
             for f in range(2):
                 value = 0.0
                 for s in range(first.index.shape[2]):
@@ -211,3 +218,8 @@ def stencil(low, step, shape, first, second, w0, w1, index, weight):
                 weight[count] = w
                 count += 1
     return count
+
+
+def reach_of(side: Side) -> np.ndarray:
+    """Return (K, 4) lowest and highest states after a move from each grid point."""
+    return np.concatenate([side.ends.min(axis=1), side.ends.max(axis=1)], axis=1)

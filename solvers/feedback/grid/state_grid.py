@@ -1,6 +1,7 @@
-"""Uniform grids over the states of an agent, of one or two components.
+"""Uniform grids over the states of an agent.
 
-A grid always has two axes; the second one of an agent with one state component has one point.
+A grid of one of two agents always has two axes, that of an agent without others four; those beyond
+the components of the state have one point.
 The goal is a grid point, so that the faces of the arrival region keep their place in the cells.
 """
 
@@ -16,13 +17,15 @@ from ppg_env.errors import InputError
 from ppg_env.game.dynamics import square_root
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.support.frozen import Record
 
-AXES = 2
-"""Axes of a grid."""
+AXES, MOST_AXES = 2, 4
+"""Axes of the grid of one of two agents, and of an agent without others."""
 
-CELLS_PER_STEP = 4
-"""Cells that an agent at full speed crosses per step, by default."""
+CELLS_PER_STEP, COARSE_CELLS = 4, 2
+"""Cells that an input of full size crosses per step: by default, and of the velocities of an agent
+without others."""
 
 ROOM = 3.0
 """Standard deviations of the noise of a step that a grid leaves at its border."""
@@ -30,31 +33,31 @@ ROOM = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Grid(Record):
-    """Points low + k step, k < shape, numbered with the second axis fastest.
+    """Points low + k step, k < shape, numbered with the last axis fastest.
 
     Attributes
     ----------
-    low, step : (2,) first point and distance of points per axis.
+    low, step : (axes,) first point and distance of points per axis.
     shape : number of points per axis.
     """
 
     low: np.ndarray
     step: np.ndarray
-    shape: tuple[int, int]
+    shape: tuple[int, ...]
 
     @property
     def size(self) -> int:
         """Number K of points."""
-        return self.shape[0] * self.shape[1]
+        return int(np.prod(self.shape))
 
     @property
     def points(self) -> np.ndarray:
-        """(K, 2) states at the points."""
+        """(K, axes) states at the points."""
         axes = [
             low + step * np.arange(n)
             for low, step, n in zip(self.low, self.step, self.shape, strict=True)
         ]
-        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, AXES)
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(self.shape))
 
     def nearest(self, state: np.ndarray) -> np.ndarray:
         """Return the numbers of the points nearest to ``state`` (..., 2)."""
@@ -63,53 +66,84 @@ class Grid(Record):
         return index[..., 0] * self.shape[1] + index[..., 1]
 
 
-def padded(values: np.ndarray) -> np.ndarray:
-    """Return ``values`` (..., n), n <= 2, with zeros up to two components."""
-    short = AXES - values.shape[-1]
+def padded(values: np.ndarray, axes: int = AXES) -> np.ndarray:
+    """Return ``values`` (..., n), n <= axes, with zeros up to ``axes`` components."""
+    short = axes - values.shape[-1]
     return np.concatenate([values, np.zeros((*values.shape[:-1], short))], axis=-1)
 
 
 def default_step(game: Game, agent: int, rules: Rules) -> float:
     """Return a quarter of the longest step per axis, at most half of the arrival tolerance.
 
-    Where inputs do not move positions directly, it is half of the tolerance.
+    Where velocities move positions, it is half of the tolerance.
     """
-    reach = _reach(game, agent)[: game.dim].max()
-    widths = arrival_tolerances(game, rules.tolerance)[agent][: game.dim]
+    mover, d = game.agents[agent], game.dim
+    reach = _reach(game, agent)[:d].max()
+    if not np.array_equal(mover.A[:d], np.eye(mover.state_dim)[:d]):
+        reach = 0.0
+    widths = arrival_tolerances(game, rules.tolerance)[agent][:d]
     candidates = [value for value in (reach / CELLS_PER_STEP, widths.min() / 2) if value > 0]
     if not candidates:
         raise InputError("step", "cannot be derived from speed and tolerance", "give a step")
     return float(min(candidates))
 
 
-def make_grid(game: Game, agent: int, step: float) -> Grid:
+def make_grid(game: Game, agent: int, step: float, axes: int = AXES) -> Grid:
     """Return the grid of ``agent`` with ``step`` between positions.
 
-    It covers start and goal, with room on each side to pass by another body at full speed.
+    It covers start and goal, with room on each side to pass by another body at full speed; with
+    more than two ``axes`` also the obstacles next to it.
     """
     mover, d = game.agents[agent], game.dim
     n = mover.state_dim
-    if n > AXES:
+    if n > axes:
         raise InputError(
             f"agent[{agent}]",
             f"has {n} state components",
             "feedback policies are for games whose joint state has up to four dimensions",
         )
-    noise = np.sqrt(np.diag(mover.noise))
-    sizes, lows, shape = np.ones(AXES), np.zeros(AXES), [1, 1]
-    margin = _bodies(game, agent)
-    reach = _reach(game, agent)
+    goal = np.zeros(n)
+    goal[: mover.goal.size] = mover.goal
+    room, reach = _room(game, agent), _reach(game, agent)
+    low, high = np.minimum(mover.start, goal) - room, np.maximum(mover.start, goal) + room
+    cells = CELLS_PER_STEP if axes == AXES else COARSE_CELLS
+    if axes > AXES:
+        low[:d], high[:d] = _around_obstacles(game, agent, low[:d], high[:d])
+    sizes, lows, shape = np.ones(axes), np.zeros(axes), [1] * axes
     for k in range(n):
-        goal = mover.goal[k] if k < mover.goal.size else 0.0
-        if k < d:
-            size, room = step, margin[k] + reach[k] / 2 + ROOM * noise[k]
-        else:
-            room = _velocity_room(game, agent, k) + ROOM * noise[k]
-            size = reach[k] / CELLS_PER_STEP if reach[k] > 0 else step
-        low, high = min(mover.start[k], goal) - room, max(mover.start[k], goal) + room
-        below, above = np.ceil((goal - low) / size), np.ceil((high - goal) / size)
-        sizes[k], lows[k], shape[k] = size, goal - below * size, int(below + above) + 1
-    return Grid(lows, sizes, (shape[0], shape[1]))
+        size = step if k < d or reach[k] == 0 else reach[k] / cells
+        below, above = np.ceil((goal[k] - low[k]) / size), np.ceil((high[k] - goal[k]) / size)
+        sizes[k], lows[k], shape[k] = size, goal[k] - below * size, int(below + above) + 1
+    return Grid(lows, sizes, tuple(shape))
+
+
+def _room(game: Game, agent: int) -> np.ndarray:
+    """Return the room (n,) of a grid beyond start and goal."""
+    mover, d = game.agents[agent], game.dim
+    room = np.empty(mover.state_dim)
+    room[:d] = _bodies(game, agent) + _reach(game, agent)[:d] / 2
+    for k in range(d, mover.state_dim):
+        room[k] = _velocity_room(game, agent, k)
+    return np.asarray(room + ROOM * np.sqrt(np.diag(mover.noise)))
+
+
+def _around_obstacles(
+    game: Game, agent: int, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the box (d,), (d,) of positions, widened to those that touch obstacles it meets."""
+    boxes = [
+        np.stack(e.collision.bounds) + place
+        for e in game.encounters
+        if e.obstacle is not None and e.agents[0] == agent
+        for place in _places(game.obstacles[e.obstacle])
+    ]
+    met = [box for box in boxes if (box[0] < high).all() and (box[1] > low).all()]
+    return np.min([low, *(b[0] for b in met)], axis=0), np.max([high, *(b[1] for b in met)], axis=0)
+
+
+def _places(obstacle: Obstacle) -> np.ndarray:
+    """Return (P, d) the positions of an obstacle over time."""
+    return np.zeros((1, obstacle.dim)) if obstacle.path is None else obstacle.path
 
 
 def _reach(game: Game, agent: int) -> np.ndarray:

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import tracemalloc
+from dataclasses import replace
+
 import numba
 import numpy as np
 import pytest
@@ -110,28 +113,67 @@ def test_the_value_is_near_the_simulated_cost(collisions):
     assert sum(solution.value) == pytest.approx(cost.sum(), rel=0.02)
 
 
-def test_threads_do_not_change_results():
-    game = following()
-    threads, states = numba.get_num_threads(), []
-    for count in (1, max(threads, 1)):
-        numba.set_num_threads(count)
-        solution = feedback_equilibrium(game)
-        states.append((solution.policy.stages.fields, solution.policy.stages.choice))
-    numba.set_num_threads(threads)
-    assert np.array_equal(states[0][0], states[1][0])
-    assert np.array_equal(states[0][1], states[1][1])
+def respond(game, rules=None, **limits):
+    """The best response of the first agent to a player that sees it."""
+    seeing = feedback_optimum(game, rules).players()
+    return best_feedback_response(game, 0, seeing, rules, step=2.5, **limits)
 
 
-def test_limits_end_with_words():
+def of_one(game, rules=None, **limits):
+    """The policy of the first agent without the other."""
+    return feedback_optimum(replace(game, agents=game.agents[:1]), rules, **limits)
+
+
+@pytest.mark.parametrize("solve", [feedback_optimum, feedback_equilibrium, respond, of_one])
+@pytest.mark.parametrize("on_goal", ["remove", "stay"])
+def test_threads_do_not_change_results(solve, on_goal):
+    game, rules = following(), Rules(on_goal=on_goal, max_cycles=5)
+    threads, results = numba.get_num_threads(), []
+    try:
+        for count in (1, min(2, threads)):
+            numba.set_num_threads(count)
+            solution = solve(game, rules)
+            played = evaluate(solution.game, solution.players(), 64, rules=rules)
+            results.append((solution.value, played.cost))
+    finally:
+        numba.set_num_threads(threads)
+    assert results[0][0] == results[1][0]
+    assert np.array_equal(results[0][1], results[1][1])
+
+
+def test_threads_do_not_change_stages():
+    game, rules = following(), Rules(max_cycles=5)
+    threads, stages = numba.get_num_threads(), []
+    try:
+        for count in (1, min(2, threads)):
+            numba.set_num_threads(count)
+            stages.append(feedback_equilibrium(game, rules).policy.stages)
+    finally:
+        numba.set_num_threads(threads)
+    assert np.array_equal(stages[0].fields, stages[1].fields)
+    assert np.array_equal(stages[0].choice, stages[1].choice)
+
+
+@pytest.mark.parametrize("solve", [feedback_optimum, feedback_equilibrium, respond, of_one])
+def test_limits_end_with_words(solve):
     game = following()
     with pytest.raises(InputError, match=r"memory_limit.*GB are needed"):
-        feedback_optimum(game, memory_limit=1e3)
+        solve(game, memory_limit=1e3)
     with pytest.raises(InputError, match=r"time_limit.*1 of 20 stages"):
-        feedback_optimum(game, time_limit=0.0)
+        solve(game, time_limit=0.0)
+
+
+def test_memory_is_announced_and_kept():
+    """Arrays of all stages and those in use at the same time, as Python's allocator sees them."""
+    game = line_game(line_agent(0.0, 400.0), line_agent(25.0, 425.0, -6.0, 6.0))
+    feedback_optimum(following())  # loads and compiles
+    tracemalloc.start()
+    solution = feedback_optimum(game, Rules(max_cycles=3), step=0.5)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.3 * solution.memory < peak < 1.1 * solution.memory
 
 
 def test_games_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="has 3 agents"):
         feedback_optimum(make_game("intersection3"))
-    with pytest.raises(InputError, match="on_goal"):
-        feedback_optimum(following(), Rules(on_goal="stay"))
