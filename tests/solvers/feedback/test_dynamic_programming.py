@@ -135,3 +135,10 @@ def test_games_that_do_not_fit_are_refused():
         feedback_optimum(make_game("intersection3"))
     with pytest.raises(InputError, match="on_goal"):
         feedback_optimum(following(), Rules(on_goal="stay"))
+
+
+@pytest.mark.parametrize("start", ["selfish", "social", "swapped"])
+def test_an_equilibrium_becomes_stationary(start):
+    solution = feedback_equilibrium(following(horizon=15), start=start)
+    assert solution.stationary
+    assert solution.stages < 30
