@@ -202,6 +202,6 @@ def _print(
     )
     if solution.without_equilibrium:
         print_note(
-            f"{solution.without_equilibrium:.2%} of the states have no pure equilibrium among the "
-            "actions of the grid: there the pair of least regret is played"
+            f"best responses cycle in {solution.without_equilibrium:.2%} of the states: there a "
+            "pair of actions of small regret is played"
         )

@@ -6,7 +6,8 @@ import numpy as np
 
 from ppg_env.env.players import Player
 from ppg_env.game.input_sets import set_at
-from solvers.feedback.grid.equilibrium_kernels import NONE, stage_equilibria
+from solvers.feedback.grid.equilibrium_kernels import SLACK, stage_equilibria
+from solvers.feedback.grid.event_table import no_events
 from solvers.feedback.grid.frozen_players import Observer, grid_actions
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.moves import after, project
@@ -17,7 +18,15 @@ STARTS = ("selfish", "social", "swapped")
 """Rules for the actions from which best responses begin."""
 
 ROUNDS = 12
-"""Best responses at a state before all pairs of actions are enumerated."""
+"""Best responses in turn at a state of a stage."""
+
+FRESH = 0.5
+"""Part of the stages, from the last one backwards, in which best responses begin from the rule.
+Earlier stages begin with the actions of the stage after them."""
+
+GROWTH = 2.0
+"""Factor on the tolerance of a state whose actions change in a stage of the latter kind.  Without
+it, actions where best responses cycle would change from stage to stage without end."""
 
 DESCENTS = 8
 """Improvements in turn of a pair of actions that minimises the sum of costs."""
@@ -49,10 +58,11 @@ class JointOptimum:
         total = fields[0] + fields[1]
         choice = joint_choice(model, sides, total)
         if not model.separable:
-            how, crash = np.empty(model.shape, np.uint8), np.full(2, model.crash.sum())
+            crash, regret = np.full(2, model.crash.sum()), np.empty(model.shape, np.float32)
+            tolerance = np.full(model.shape, np.float32(SLACK))
             stage_equilibria(
                 np.ascontiguousarray(total.T), total, sides[0], sides[1], model.risk, crash,
-                reach_of(sides[0]), reach_of(sides[1]), False, DESCENTS, False, choice, how,
+                reach_of(sides[0]), reach_of(sides[1]), False, DESCENTS, tolerance, choice, regret,
             )  # fmt: skip
         return _settled(model, sides, fields, choice)
 
@@ -66,7 +76,10 @@ class JointOptimum:
 
 
 class StageEquilibrium:
-    """Actions of which neither agent has a better one, at every state of the stage."""
+    """Actions of which neither agent has a better one, at every state of the stage.
+
+    Where best responses cycle, the pair of least regret among those met is chosen.
+    """
 
     agents: tuple[int, ...] = (0, 1)
     stationary = True
@@ -76,26 +89,43 @@ class StageEquilibrium:
     def __init__(self, model: JointModel, start: str) -> None:
         self._model, self._start = model, start
         self._games, self._lacking = 0, 0
+        self._before: np.ndarray | None = None
+        self._epoch: tuple[int, int] | None = None
+        self._tolerance = np.full(model.shape, SLACK, np.float32)
 
     @property
     def without(self) -> float:
-        """Share of stage games so far without a pure equilibrium."""
+        """Share of stage games so far in which an agent gains by another action."""
         return self._lacking / max(self._games, 1)
 
     def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
         """Return costs and actions of both agents."""
         model = self._model
         sides = [model.side(i, clock, ahead[i]) for i in range(2)]
-        choice = self._begin(clock, sides, fields, ahead)
-        how = np.empty(model.shape, np.uint8)
-        stage_equilibria(
-            np.ascontiguousarray(fields[0].T), fields[1], sides[0], sides[1], model.risk,
-            model.crash, reach_of(sides[0]), reach_of(sides[1]), self._start == "swapped", ROUNDS,
-            True, choice, how,
-        )  # fmt: skip
-        self._games += how.size
-        self._lacking += int((how == NONE).sum())
+        before, fresh = self._before, clock >= (1.0 - FRESH) * model.rules.steps(model.game)
+        if before is None or fresh or model.epoch(clock) != self._epoch:
+            before = None
+        choice = self._begin(clock, sides, fields, ahead) if before is None else before.copy()
+        self._play(sides, fields, choice)
+        if before is not None:
+            self._tolerance[(choice != before).any(axis=0)] *= GROWTH
+        self._before, self._epoch = choice, model.epoch(clock)
         return _settled(model, sides, fields, choice)
+
+    def _play(self, sides: list[Side], fields: list[np.ndarray], choice: np.ndarray) -> None:
+        """Improve ``choice`` (2, K0, K1) by best responses."""
+        model, risk = self._model, self._model.risk
+        if model.separable:
+            risk = no_events()
+            fields = [with_overlaps(model, fields[i], model.crash[i]) for i in range(2)]
+        regret = np.empty(model.shape, np.float32)
+        stage_equilibria(
+            np.ascontiguousarray(fields[0].T), fields[1], sides[0], sides[1], risk, model.crash,
+            reach_of(sides[0]), reach_of(sides[1]), self._start == "swapped", ROUNDS,
+            self._tolerance, choice, regret,
+        )  # fmt: skip
+        self._games += regret.size
+        self._lacking += int((regret > SLACK).sum())
 
     def _begin(
         self,
@@ -191,9 +221,7 @@ def joint_choice(model: JointModel, sides: list[Side], total: np.ndarray) -> np.
 
     Overlaps count as at grid points at the end of the step.
     """
-    crash = np.float32(model.crash.sum())
-    lost = crash - total if model.risk.removes else crash
-    total = total + model.on_grid * lost
+    total = with_overlaps(model, total, model.crash.sum())
     middle, second = np.empty_like(total.T, order="C"), np.empty(total.T.shape, np.int32)
     erode(
         np.ascontiguousarray(total.T), sides[1].index, sides[1].weight, sides[1].cost, middle,
@@ -205,6 +233,12 @@ def joint_choice(model: JointModel, sides: list[Side], total: np.ndarray) -> np.
     )
     ends = np.take_along_axis(_nearest(sides[0]), first, axis=1)
     return np.stack([first, second.T[ends, np.arange(total.shape[1])[None]]])
+
+
+def with_overlaps(model: JointModel, field: np.ndarray, crash: float) -> np.ndarray:
+    """Return ``field`` (K0, K1) with the cost of overlaps of agents that rest at grid points."""
+    lost = np.float32(crash) - field if model.risk.removes else np.float32(crash)
+    return field + model.on_grid * lost
 
 
 def _settled(

@@ -89,7 +89,10 @@ def feedback_equilibrium(
     At each stage and joint state best responses alternate until neither changes.  They begin with
     the response of agent 1 to what agent 0 would do alone (``start="selfish"``), of agent 0 to
     what agent 1 would do alone (``swapped``), or of agent 1 at the pair of actions that minimises
-    the sum of costs (``social``).  Where they cycle, all pairs of actions are compared.
+    the sum of costs (``social``).  Where they cycle, the pair of least regret that was met is
+    played.  Stages of the first half of the horizon begin with the actions of the stage after
+    them, and the tolerance of a state grows each time that its actions change, so that policies
+    become stationary.
 
     Costs are the agents' own.  Other parameters are those of :func:`feedback_optimum`.
     """

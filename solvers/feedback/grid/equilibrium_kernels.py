@@ -1,6 +1,7 @@
-"""Compiled: pure equilibria of the game between two agents at every joint grid state of a stage.
+"""Compiled: equilibria of the game between two agents at every joint grid state of a stage.
 
-Arguments are as in :mod:`solvers.feedback.grid.stage_kernels`.
+Arguments are as in :mod:`solvers.feedback.grid.stage_kernels`.  Agents answer each other in turn,
+from a given pair of actions, until no deviation gains more than the tolerance of the state.
 """
 
 from __future__ import annotations
@@ -9,11 +10,7 @@ import numpy as np
 from numba import prange
 
 from ppg_env.support.compilation import njit
-from solvers.feedback.grid.stage_kernels import best_move, exposed, is_near, overlap
-
-EQUILIBRIUM, ENUMERATED, NONE = range(3)
-"""How the actions of a state were found: by best responses, by enumeration, or as the pair of
-least regret because no pair is an equilibrium."""
+from solvers.feedback.grid.stage_kernels import best_move, is_near
 
 SLACK = 1e-4
 """A deviation that gains no more than this counts as none; without it, rounding makes actions of
@@ -22,83 +19,77 @@ equal cost alternate."""
 
 @njit(cache=True, parallel=True)
 def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach_first,
-                     reach_second, swapped, rounds, enumerate_pairs,
-                     choice, how):  # fmt: skip
-    """Improve ``choice`` (2, K1, K2) to an equilibrium of each stage game; write how.
+                     reach_second, swapped, rounds, tolerance, choice, regret):  # fmt: skip
+    """Improve ``choice`` (2, K1, K2) in turn, up to ``rounds`` times; write the ``regret`` left.
 
     ``own_fields`` (K2, K1) is the first agent's field, ``other_fields`` (K1, K2) the second's.
+    ``tolerance`` and ``regret`` (K1, K2) are of the larger gain by another action.  Where answers
+    cycle, the pair of least regret that was met is chosen; the pair given is kept if no other has
+    a regret that is smaller by more than the tolerance.
     """
     for x in prange(choice.shape[1]):
-        values = (
-            np.empty(first.cost.shape[1], np.float32),
-            np.empty(second.cost.shape[1], np.float32),
-        )
-        for y in range(choice.shape[2]):
-            a, b = choice[0, x, y], choice[1, x, y]
-            settled = 0
-            for turn in range(rounds):
-                if (turn % 2 == 0) != swapped:
-                    near = is_near(risk, False, second.points[y], first.points[x],
-                                   reach_second[y], first.ends[x, a])  # fmt: skip
-                    new, least = best_move(other_fields, second, risk, False, crash[1], y,
-                                       first.points[x], first.index[x, a], first.weight[x, a],
-                                       first.ends[x, a], first.stays[x, a], near,
-                                       values[1])  # fmt: skip
-                    stays = values[1][b] <= least + SLACK
-                    settled = settled + 1 if stays and turn > 0 else 0
-                    b = b if stays else new
-                else:
-                    near = is_near(risk, True, first.points[x], second.points[y],
-                                   reach_first[x], second.ends[y, b])  # fmt: skip
-                    new, least = best_move(own_fields, first, risk, True, crash[0], x,
-                                           second.points[y], second.index[y, b],
-                                           second.weight[y, b], second.ends[y, b],
-                                           second.stays[y, b], near, values[0])  # fmt: skip
-                    stays = values[0][a] <= least + SLACK
-                    settled = settled + 1 if stays and turn > 0 else 0
-                    a = a if stays else new
-                if settled >= 1:
+        _agree(own_fields, other_fields, first, second, risk, crash, reach_first, reach_second,
+               swapped, rounds, tolerance, x, choice, regret)  # fmt: skip
+
+
+@njit(cache=True)
+def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, reach_second, swapped,
+           rounds, tolerance, x, choice, regret):  # fmt: skip
+    """Write the pairs of actions and their regrets at all states with the first agent at ``x``."""
+    one = np.empty(first.cost.shape[1], np.float32)
+    two = np.empty(second.cost.shape[1], np.float32)
+    for y in range(choice.shape[2]):
+        a, b, limit = choice[0, x, y], choice[1, x, y], tolerance[x, y]
+        best_a, best_b, least, left = a, b, np.inf, 0.0
+        for turn in range(rounds):
+            second_moves = (turn % 2 == 0) != swapped
+            if second_moves:
+                new = _answer(other_fields, second, first, risk, False, crash[1], y, x, a,
+                              reach_second, two)  # fmt: skip
+                gain = two[b] - two[new]
+            else:
+                new = _answer(own_fields, first, second, risk, True, crash[0], x, y, b,
+                              reach_first, one)  # fmt: skip
+                gain = one[a] - one[new]
+            # What the other agent could gain is unknown in the first turn.
+            if turn > 0 and max(gain, left) < least:
+                best_a, best_b, least = a, b, max(gain, left)
+            if gain <= limit:
+                if turn > 0:
                     break
-            how[x, y] = EQUILIBRIUM
-            if settled == 0 and enumerate_pairs:
-                a, b, how[x, y] = _enumerate(own_fields, other_fields, first, second, risk, crash,
-                                             x, y)  # fmt: skip
-            choice[0, x, y], choice[1, x, y] = a, b
+                left = gain
+                continue
+            left = 0.0
+            if second_moves:
+                b = new
+            else:
+                a = new
+        a, b = choice[0, x, y], choice[1, x, y]
+        if least > limit and (best_a != a or best_b != b):
+            new = _answer(other_fields, second, first, risk, False, crash[1], y, x, a,
+                          reach_second, two)  # fmt: skip
+            gain = two[b] - two[new]
+            new = _answer(own_fields, first, second, risk, True, crash[0], x, y, b, reach_first,
+                          one)  # fmt: skip
+            gain = max(gain, one[a] - one[new])
+            if gain <= least + limit:
+                best_a, best_b, least = a, b, gain
+        choice[0, x, y], choice[1, x, y], regret[x, y] = best_a, best_b, least
 
 
-@njit(cache=True)
-def _enumerate(own_fields, other_fields, first, second, risk, crash, x, y):
-    """Return the pair of actions of least regret, summed over agents, and how it was found."""
-    rows, columns = first.index.shape[1], second.index.shape[1]
-    one, two = np.empty((rows, columns)), np.empty((rows, columns))
-    for a in range(rows):
-        for b in range(columns):
-            one[a, b] = _pair(own_fields, first, second, risk, True, crash[0], x, a, y, b)
-            two[a, b] = _pair(other_fields, second, first, risk, False, crash[1], y, b, x, a)
-    least, chosen_a, chosen_b = np.inf, 0, 0
-    floor_one, floor_two = np.empty(columns), np.empty(rows)
-    for b in range(columns):
-        floor_one[b] = one[:, b].min()
-    for a in range(rows):
-        floor_two[a] = two[a].min()
-    for a in range(rows):
-        for b in range(columns):
-            regret = max(one[a, b] - floor_one[b], two[a, b] - floor_two[a])
-            if regret < least - SLACK:
-                least, chosen_a, chosen_b = regret, a, b
-    return chosen_a, chosen_b, ENUMERATED if least <= SLACK else NONE
-
-
-@njit(cache=True)
-def _pair(field, own, other, risk, own_first, crash, x, a, y, b):
-    """Return the cost of one agent for a pair of actions."""
-    value = 0.0
-    for t in range(other.index.shape[2]):
-        row, part = other.index[y, b, t], 0.0
-        for s in range(own.index.shape[2]):
-            part += own.weight[x, a, s] * field[row, own.index[x, a, s]]
-        value += other.weight[y, b, t] * part
-    p = overlap(risk, own_first, own.points[x], other.points[y], own.ends[x, a], other.ends[y, b])
-    p *= exposed(risk, own.stays[x, a], other.stays[y, b])
-    value += p * (crash - value if risk.removes else crash)
-    return value + own.cost[x, a]
+@njit(cache=True, inline="always")
+def _answer(field, own, other, risk, own_first, crash, x, y, b, reach, values):
+    """Return the best action at ``x`` against action ``b`` at ``y``; write the costs of all."""
+    if risk.empty and own.index.shape[2] == 1 and other.index.shape[2] == 1:
+        row, chosen = other.index[y, b, 0], 0
+        for action in range(values.size):
+            values[action] = own.cost[x, action] + field[row, own.index[x, action, 0]]
+            if values[action] < values[chosen]:
+                chosen = action
+    else:
+        end = other.ends[y, b]
+        near = is_near(risk, own_first, own.points[x], other.points[y], reach[x], end)
+        chosen, _ = best_move(field, own, risk, own_first, crash, x, other.points[y],
+                              other.index[y, b], other.weight[y, b], end, other.stays[y, b], near,
+                              values)  # fmt: skip
+    return chosen

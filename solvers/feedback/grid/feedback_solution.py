@@ -37,8 +37,8 @@ class FeedbackSolution:
     step : distance between neighbouring positions of the grid.
     stages : number of stages that were computed.
     stationary : whether earlier stages are the same as the last one that was computed.
-    without_equilibrium : share of joint grid states, over all stages, whose stage game has no
-        pure equilibrium among the actions; the pair of least regret is played there.
+    without_equilibrium : share of joint grid states, over all stages, in whose stage game best
+        responses cycle; a pair of small regret is played there.
     memory : bytes of the arrays that were in use at the same time, at most.
     seconds : duration.
     """

@@ -17,7 +17,7 @@ from numba import prange
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
-from solvers.feedback.grid.stage_kernels import exposed, overlap, stencil
+from solvers.feedback.grid.stage_kernels import exposed, is_near, overlap, stencil
 
 REFINEMENTS = 3
 """Halvings of the distance between actions."""
@@ -54,7 +54,7 @@ class Body(NamedTuple):
     share: float
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def advance(body, base, u, y):
     """Write y = base + B u."""
     for k in range(2):
@@ -63,7 +63,7 @@ def advance(body, base, u, y):
             y[k] += body.B[k, q] * u[q]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def read(body, window, i0, j0, y, w0, w1):
     """Return the interpolant at ``y`` of values on the window that begins at (i0, j0)."""
     a = min(max((y[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)
@@ -72,15 +72,22 @@ def read(body, window, i0, j0, y, w0, w1):
     keys_weights(a - i, w0)
     keys_weights(b - j, w1)
     value = 0.0
-    for r in range(4):
-        row, part = min(max(i + r - 1, 0), body.shape[0] - 1) - i0, 0.0
-        for s in range(4):
-            part += w1[s] * window[row, min(max(j + s - 1, 0), body.shape[1] - 1) - j0]
-        value += w0[r] * part
+    if 0 < i < body.shape[0] - 2 and 0 < j < body.shape[1] - 2:
+        row, column = i - 1 - i0, j - 1 - j0
+        for r in range(4):
+            part = w1[0] * window[row + r, column] + w1[1] * window[row + r, column + 1]
+            part += w1[2] * window[row + r, column + 2] + w1[3] * window[row + r, column + 3]
+            value += w0[r] * part
+    else:
+        for r in range(4):
+            row, part = min(max(i + r - 1, 0), body.shape[0] - 1) - i0, 0.0
+            for s in range(4):
+                part += w1[s] * window[row, min(max(j + s - 1, 0), body.shape[1] - 1) - j0]
+            value += w0[r] * part
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
     """Return the cost of the action ``u`` at state ``x``.
 
@@ -109,47 +116,52 @@ def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, oth
 
 
 @njit(cache=True)
-def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, finer, w0, w1, best):
-    """Write the best action of the set, or with ``finer`` the best near ``best``."""
-    m = best.size
+def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best):
+    """Write the best action of the set."""
+    m, least, chosen = best.size, np.inf, 0
     y, u = np.empty(2), np.empty(m)
-    if not finer:
-        least, chosen = np.inf, 0
-        for a in range(body.actions.shape[0]):
-            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base,
-                          body.actions[a], y, other, w0, w1)  # fmt: skip
-            if value < least:
-                least, chosen = value, a
-        best[:] = body.actions[chosen]
-        return
-    least = price(
-        body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0, w1
-    )
-    middle = np.empty(m)
-    for level in range(REFINEMENTS):
-        middle[:] = best
-        for code in range(3**m):
-            rest, still = code, True
-            for q in range(m):
-                shift = rest % 3 - 1
-                rest //= 3
-                still = still and shift == 0
-                u[q] = shift * body.spacing[q] * 0.5 ** (level + 1)
-            if still:
-                continue
-            room = limit(body, middle, u)
-            if room < SHORTEST:
-                continue
-            for q in range(m):
-                u[q] = middle[q] + room * u[q]
-            value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y,
-                          other, w0, w1)  # fmt: skip
-            if value < least:
-                least = value
-                best[:] = u
+    for a in range(body.actions.shape[0]):
+        for q in range(m):
+            u[q] = body.actions[a, q]
+        value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0,
+                      w1)  # fmt: skip
+        if value < least:
+            least, chosen = value, a
+    for q in range(m):
+        best[q] = body.actions[chosen, q]
 
 
 @njit(cache=True)
+def refine(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best):
+    """Write the best action near ``best``."""
+    m, least = best.size, np.inf
+    y, u, middle = np.empty(2), np.empty(m), np.empty(m)
+    around = 3**m
+    # The first action is ``best`` itself, then come those around it at each level.
+    for k in range(-1, REFINEMENTS * around):
+        code, size = k % around, 0.5 ** (k // around + 1)
+        if k >= 0 and code == around // 2:
+            continue
+        first, rest = k < 0 or code == 0, code
+        for q in range(m):
+            if first:
+                middle[q] = best[q]
+            u[q] = (rest % 3 - 1) * body.spacing[q] * size if k >= 0 else 0.0
+            rest //= 3
+        room = limit(body, middle, u)
+        if room < SHORTEST:
+            continue
+        for q in range(m):
+            u[q] = middle[q] + room * u[q]
+        value = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0,
+                      w1)  # fmt: skip
+        if value < least:
+            least = value
+            for q in range(m):
+                best[q] = u[q]
+
+
+@njit(cache=True, inline="always")
 def limit(body, middle, shift):
     """Return the part, up to 1, of ``shift`` that leads from ``middle`` to the set's border."""
     room = 1.0
@@ -193,17 +205,17 @@ def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, f
                finer, w0, w1, index, weight, window, best):  # fmt: skip
     """Write the best action of ``body`` when the other agent ``far`` goes from x to y."""
     i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
-    other = np.empty(5)
-    other[:2], other[2:4] = far_x, far_y
-    other[4] = max(read(far, far.stays, 0, 0, far_y, w0, w1), 0.0)
+    other, reach = np.empty(5), np.empty(4)
+    for k in range(2):
+        other[k], other[2 + k] = far_x[k], far_y[k]
+        reach[k], reach[2 + k] = base[k] + body.span[0, k], base[k] + body.span[1, k]
+    other[4] = -1.0
+    if is_near(risk, own_first, x, far_x, reach, far_y):
+        other[4] = max(read(far, far.stays, 0, 0, far_y, w0, w1), 0.0)
     if coarse:
-        search(
-            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, False, w0, w1, best
-        )
+        search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
     if finer:
-        search(
-            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, True, w0, w1, best
-        )
+        refine(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
 
 
 @njit(cache=True, parallel=True)
@@ -221,12 +233,13 @@ def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, f
 
 @njit(cache=True, parallel=True)
 def decide_jointly(
-    first, second, first_harm, second_harm, fields, crash, risk, choice, states, size, one, two
-):
+    first, second, first_harm, second_harm, first_field, second_field, crash, risk, choice, states,
+    size, one, two,
+):  # fmt: skip
     """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
 
     They start as those of the nearest grid state; then each agent in turn takes the best of its
-    set on its field (``fields`` (2, K0, K1)), until neither changes; both are refined last.
+    set on its field (K0, K1), until neither changes; both are refined last.
     """
     for c in prange(states.shape[0]):
         w0, w1 = np.empty(4), np.empty(4)
@@ -245,14 +258,14 @@ def decide_jointly(
             finer = turn >= 2 * SWEEPS
             if turn % 2 == 0:
                 before[: one.shape[1]] = one[c]
-                respond_to(first, first_harm, fields[0], True, risk, crash[0], states[c, 0],
+                respond_to(first, first_harm, first_field, True, risk, crash[0], states[c, 0],
                            base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
                            weight, window, one[c])  # fmt: skip
                 advance(first, base[0], one[c], y)
                 same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
             else:
                 before[: two.shape[1]] = two[c]
-                respond_to(second, second_harm, fields[1], False, risk, crash[1], states[c, 1],
+                respond_to(second, second_harm, second_field, False, risk, crash[1], states[c, 1],
                            base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
                            weight, window, two[c])  # fmt: skip
                 advance(second, base[1], two[c], z)
@@ -269,9 +282,8 @@ def decide_alone(body, harm, alone, risk, states, actions):
     for c in prange(states.shape[0]):
         w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.full(5, -1.0)
         base[:] = body.A @ states[c]
-        for finer in (False, True):
-            search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, finer, w0, w1,
-                   actions[c])  # fmt: skip
+        search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
+        refine(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
 
 
 @njit(cache=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,14 @@ class Policy:
     ----------
     kind : ``optimum``, ``equilibrium`` or ``response``.
     partner : the other agent's player, for a response.
+    latest : clock, states and actions of the latest joint decision, which serves both players.
     """
 
     model: JointModel
     kind: str
     stages: Stages
     partner: Player | None = None
+    latest: list[Any] = field(default_factory=list, compare=False, repr=False)
 
     def players(self) -> list[Player]:
         """Return one player per agent; the given player where another agent responds to it."""
@@ -50,10 +52,10 @@ class Policy:
         left = max(self.model.rules.steps(self.model.game) - clock, 1)
         return min(left, len(self.stages.choice)) - 1
 
-    def fields(self, row: int) -> np.ndarray:
-        """Return the fields (2, K0, K1) of both agents at a stage."""
+    def field_of(self, row: int, agent: int) -> np.ndarray:
+        """Return the field (K0, K1) of ``agent`` at a stage; both may have the same."""
         fields = self.stages.fields[row]
-        return np.broadcast_to(fields, (2, *fields.shape[1:])) if len(fields) == 1 else fields
+        return fields[agent if len(fields) == 2 else 0]
 
     def crash(self) -> np.ndarray:
         """Return the cost of a crash to each agent's objective."""
@@ -125,6 +127,9 @@ class FeedbackPlayer:
     def _together(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at the joint ``states`` (C, 2, n)."""
         policy, own = self.policy, self.agent
+        latest = policy.latest
+        if latest and latest[0] == clock and np.array_equal(latest[1], states):
+            return np.array(latest[2][own])
         row, model = policy.row(clock), policy.model
         bodies = [self._body(i, clock) for i in range(2)]
         harms = [model.harm(i, clock) for i in range(2)]
@@ -132,11 +137,12 @@ class FeedbackPlayer:
         at = [self._padded(states[:, i], i) for i in range(2)]
         actions = [np.zeros((len(states), body.B.shape[1])) for body in bodies]
         if policy.partner is None:
-            decide_jointly(bodies[0], bodies[1], harms[0], harms[1],
-                           np.ascontiguousarray(policy.fields(row)), policy.crash(),
-                           model.risk, policy.stages.choice[row], np.stack(at,
-                           axis=1), size, *actions)  # fmt: skip
-            return actions[own]
+            decide_jointly(bodies[0], bodies[1], harms[0], harms[1], policy.field_of(row, 0),
+                           policy.field_of(row, 1), policy.crash(), model.risk,
+                           policy.stages.choice[row], np.stack(at, axis=1), size,
+                           *actions)  # fmt: skip
+            latest[:] = clock, states, actions
+            return np.array(actions[own])
         ends = self._partner_ends(states, clock)
         respond_everywhere(bodies[own], harms[own], policy.stages.fields[row, 0], own == 0,
                            model.risk, policy.crash()[own], bodies[1 - own], at[own], at[1 -

@@ -177,3 +177,10 @@ def test_memory_is_announced_and_kept():
 def test_games_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="has 3 agents"):
         feedback_optimum(make_game("intersection3"))
+
+
+@pytest.mark.parametrize("start", ["selfish", "social", "swapped"])
+def test_an_equilibrium_becomes_stationary(start):
+    solution = feedback_equilibrium(following(horizon=15), start=start)
+    assert solution.stationary
+    assert solution.stages < 30

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,3 +53,13 @@ def test_what_is_no_solution_is_refused(tmp_path: Path):
     np.savez(tmp_path / "other.npz", about=np.array('{"format": "other"}'))
     with pytest.raises(InputError, match="is not a file of feedback policies"):
         read_feedback(tmp_path / "other.npz")
+
+
+def test_players_share_a_decision_without_a_change_of_it():
+    solution = feedback_equilibrium(small())
+    apart = replace(solution, policy=replace(solution.policy, latest=[]))
+    mixed = [solution.players()[0], apart.players()[1]]
+    costs = [
+        evaluate(small(), players, 256, seed=7).cost for players in (solution.players(), mixed)
+    ]
+    assert np.array_equal(costs[0], costs[1])
