@@ -122,3 +122,17 @@ def test_every_agent_with_a_network_of_its_own_imitates_its_player(
 def test_starts_that_cannot_be_are_refused(game: str, method: str, start: str) -> None:
     with pytest.raises(InputError, match="warm_start"):
         train_players(make_game(game), method, warm_start=start)
+
+
+@pytest.mark.slow
+def test_ppo_after_a_warm_start_costs_little_more_than_the_feedback_optimum(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Half of the rounds and a fifth of the steps of a real training."""
+    monkeypatch.setattr(imitation, "ROUNDS", 3)
+    game = make_game("head_on", speed="l1", lam=0.8, objective="risk")
+    words = {"sharing": "social", "lam": None, "steps": 400_000, "warm_start": "feedback"}
+    warm = train_players(game, **words)
+    optimum = feedback_players(game, "social", None)
+    costs = evaluate_runs(game, [warm.players(game), optimum], 2 * EPISODES, groups=2).costs
+    assert costs[0] < 1.03 * costs[1]
