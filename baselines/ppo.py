@@ -18,6 +18,9 @@ ROLLOUT = 16  # steps of each copy between two updates: longer than an episode
 BATCH, EPOCHS, RATE = 2048, 5, 2e-3  # large batches: small ones leave the cores idle
 LOG_STD = -1.0  # exploration of 0.37 of the largest control: with more, all agents crash at first
 
+FINE_RATE, FINE_LOG_STD = 5e-4, -2.3
+"""The same after a warm start from feedback players: what was imitated is not to be lost."""
+
 GAMMA = 1.0
 """Episodes are finite, and costs are not discounted."""
 
@@ -39,16 +42,17 @@ def make_learner(
         bootstrap=False,
         seed=args.seed,
     )
+    fine = args.imitate_feedback
     model = PPO(
         "MlpPolicy",
         env,
-        learning_rate=RATE,
+        learning_rate=FINE_RATE if fine else RATE,
         n_steps=ROLLOUT,
         batch_size=min(BATCH, ROLLOUT * env.num_envs),
         n_epochs=EPOCHS,
         gamma=GAMMA,
         gae_lambda=GAE_LAMBDA,
-        policy_kwargs={"log_std_init": LOG_STD},
+        policy_kwargs={"log_std_init": FINE_LOG_STD if fine else LOG_STD},
         tensorboard_log=None if args.tensorboard is None else str(args.tensorboard),
         seed=args.seed,
         device="cpu",

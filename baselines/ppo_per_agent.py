@@ -12,7 +12,7 @@ from __future__ import annotations
 from baselines.policy import Team
 from baselines.ppo import COPIES, make_learner, player_of, policy_of
 from baselines.training_loop import Args, Progress, Turn, take_turns
-from baselines.warm_start import imitate_go_to_goal
+from baselines.warm_start import warm_start
 
 ROUNDS = 4
 """Rounds of iterated best response; the steps are divided among them."""
@@ -37,7 +37,7 @@ def _train(args: Args, rounds: int | None, progress: Progress) -> Team:
 
     def prepare() -> None:
         for learner in learners:
-            imitate_go_to_goal(learner.model, learner.env, args.seed)
+            warm_start(args, learner)
 
     def update_opponents(turn: Turn) -> None:
         for j in agents:

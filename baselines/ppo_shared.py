@@ -9,7 +9,7 @@ from __future__ import annotations
 from baselines.policy import Team
 from baselines.ppo import make_learner, policy_of
 from baselines.training_loop import Args, Progress, in_pieces, take_turns
-from baselines.warm_start import imitate_go_to_goal
+from baselines.warm_start import warm_start
 
 
 def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
@@ -20,7 +20,7 @@ def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
         args,
         [learner],
         in_pieces(0, rollouts, args.checkpoint_every),
-        prepare=lambda: imitate_go_to_goal(learner.model, learner.env, args.seed),
+        prepare=lambda: warm_start(args, learner),
         progress=progress,
     )
     return (policy_of(args, learner),)

@@ -22,6 +22,7 @@ from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import override_game
+from solvers.feedback.grid.extent import dynamic_programming_applies
 
 if TYPE_CHECKING:
     from baselines.training_loop import Args, Progress
@@ -44,6 +45,9 @@ METHODS = {
     "off-policy": Method("sac", "baselines.sac_single", "train", 100_000),
 }
 
+WARM_STARTS = ("straight", "feedback")
+"""What a network imitates first: straight ways, or players made by dynamic programming."""
+
 FIGURE_LAMS = (0.2, 0.5, 0.8)
 FIGURE_EPISODES = 50_000
 """Figures in a trained player's file: costs and crashes at these lam, from so many episodes."""
@@ -58,6 +62,7 @@ def train_players(
     sharing: str = "selfish",
     lam: tuple[float, float] | None = (0.05, 0.95),
     tolerance: float | None = None,
+    warm_start: str = "straight",
     seeds: Sequence[int] = (0,),
     steps: int | None = None,
     jobs: int = 1,
@@ -69,7 +74,7 @@ def train_players(
 
     Parameters
     ----------
-    game, sharing, lam, tolerance, steps, tensorboard
+    game, sharing, lam, tolerance, warm_start, steps, tensorboard
         See :class:`baselines.training_loop.Args`; ``steps`` defaults to those of the method.
     method
         A name of :data:`METHODS`.
@@ -80,11 +85,20 @@ def train_players(
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
+    check_warm_start(warm_start, method, game, tolerance)
     require_extra()
     from baselines.training_loop import Args
 
     steps = METHODS[method].steps if steps is None else steps
-    args = Args(game, sharing, lam, steps=steps, tolerance=tolerance, tensorboard=tensorboard)
+    args = Args(
+        game,
+        sharing,
+        lam,
+        steps=steps,
+        tolerance=tolerance,
+        imitate_feedback=warm_start == "feedback",
+        tensorboard=tensorboard,
+    )
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
@@ -98,15 +112,44 @@ def train_players(
     return learned
 
 
+def player_name(method: str, sharing: str, warm_start: str = "straight") -> str:
+    """Return the name of trained players, such as ``ppo-selfish`` or ``ppo-warm-selfish``."""
+    warm = "-warm" if warm_start == "feedback" else ""
+    return f"{METHODS[method].prefix}{warm}-{sharing}"
+
+
+def check_warm_start(
+    warm_start: str,
+    method: str,
+    game: Game,
+    tolerance: float | None = None,
+    place: str = "warm_start",
+) -> None:
+    """Refuse an unknown ``warm_start``, or feedback players where there are none."""
+    require(
+        warm_start in WARM_STARTS, place, f"is {warm_start!r}", "write " + " or ".join(WARM_STARTS)
+    )
+    if warm_start == "feedback":
+        require(method != "off-policy", place, "has no effect for off-policy", "use another method")
+        require(
+            dynamic_programming_applies(game, Rules(tolerance=tolerance)),
+            place,
+            "needs a game whose joint state has at most four dimensions",
+            "use straight",
+        )
+
+
 def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
     """Return what a file says of its training."""
+    warm_start = WARM_STARTS[args.imitate_feedback]
     return {
-        "player": f"{METHODS[method].prefix}-{args.sharing}",
+        "player": player_name(method, args.sharing, warm_start),
         "method": method,
         "sharing": args.sharing,
         "reward": "risk",
         "lam": None if args.lam is None else list(args.lam),
         "tolerance": args.tolerance,
+        "warm_start": warm_start,
         "seeds": list(seeds),
         "steps": args.steps,
         "versions": {name: _version(name) for name in PACKAGES},

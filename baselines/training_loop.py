@@ -46,6 +46,7 @@ class Args:
     checkpoint : file to save to after every ``checkpoint_every`` rollouts, and to continue from.
     tensorboard : folder for TensorBoard's logs.
     tolerance : of arrival regions, see :class:`ppg_env.env.Rules`.
+    imitate_feedback : whether the network first imitates feedback players, not straight ways.
     """
 
     game: Game
@@ -57,6 +58,7 @@ class Args:
     checkpoint_every: int = 20
     tensorboard: Path | None = None
     tolerance: float | None = None
+    imitate_feedback: bool = False
 
     def __post_init__(self) -> None:
         many = 10**12
@@ -165,13 +167,13 @@ def in_pieces(learner: int, rollouts: int, size: int) -> list[Turn]:
 
 def fingerprint(args: Args, turns: Sequence[Turn]) -> str:
     """Return a hash of what a training depends on: its arguments and turns, not its files."""
+    later = ("tolerance", "imitate_feedback")  # without them, checkpoints of earlier releases fit
     arguments = {
         field.name: getattr(args, field.name)
         for field in fields(args)
-        if field.name not in ("game", "checkpoint", "tensorboard", "tolerance")
+        if field.name not in ("game", "checkpoint", "tensorboard")
+        and (field.name not in later or getattr(args, field.name) != field.default)
     }
-    if args.tolerance is not None:  # without it, checkpoints of earlier releases fit
-        arguments["tolerance"] = args.tolerance
     # The first word is frozen: checkpoints of earlier releases begin with it.
     text = f"baselines.turns {arguments} {turns} {to_json(game_to_tables(args.game))}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,10 +1,13 @@
-r"""Warm start: the network first imitates the straight way to the goal.
+r"""Warm start: the network first imitates the straight way to the goal, or feedback players.
 
     minimise  mean |policy(x) - go_to_goal(x)|^2
 
 over states of agents with random disturbances.  From a random network PPO often converges to a safe
 and useless policy, to move away from all others: near them every step is dangerous, and far away
 the way back is long.  From the straight way it only has to learn when to give way.
+
+With feedback players (:mod:`baselines.imitation`) the value network is fitted next, while the
+policy stays as it is: the first estimates of a random one would undo what was imitated.
 """
 
 from __future__ import annotations
@@ -14,7 +17,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from baselines.export import mean_action
+from baselines.export import actor_layers, mean_action
+from baselines.imitation import imitate_feedback
+from baselines.training_loop import Args, Learner
 from baselines.vec_env import GameVecEnv
 from ppg_env.env.players import GoToGoal
 
@@ -25,6 +30,32 @@ PUSH = 0.7
 """Standard deviation of the disturbances, in units of the largest control."""
 
 UPDATES, BATCH, RATE = 1500, 1024, 2e-3
+
+CRITIC_ROLLOUTS, CRITIC_RATE = 20, 1e-3
+"""Rollouts, and learning rate, that fit the value network to the policy that was imitated."""
+
+
+def warm_start(args: Args, learner: Learner) -> None:
+    """Let the network of ``learner`` imitate feedback players or straight ways."""
+    if args.imitate_feedback:
+        imitate_feedback(learner.model, args, learner.env.learners)
+        _fit_critic(learner)
+    else:
+        imitate_go_to_goal(learner.model, learner.env, args.seed)
+
+
+def _fit_critic(learner: Learner) -> None:
+    """Train the value network of ``learner``, and no other parameter."""
+    model = learner.model
+    actor = [value for layer in actor_layers(model) for value in layer.parameters()]
+    frozen = [*actor, model.policy.log_std]
+    for value in frozen:
+        value.requires_grad_(False)
+    schedule, model.lr_schedule = model.lr_schedule, lambda _left: CRITIC_RATE
+    model.learn(CRITIC_ROLLOUTS * learner.rollout, tb_log_name="critic")
+    model.lr_schedule, model.num_timesteps = schedule, 0
+    for value in frozen:
+        value.requires_grad_(True)
 
 
 def imitate_go_to_goal(model: Any, env: GameVecEnv, seed: int) -> None:

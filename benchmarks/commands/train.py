@@ -52,6 +52,14 @@ class Training:
         typer.Option(min=1, help="Environment steps of each run (default: the method's)."),
     ] = None
     tolerance: ToleranceOption = None
+    warm_start: Annotated[
+        str,
+        typer.Option(
+            metavar="straight|feedback",
+            help="What the network imitates first: straight ways, or the players of "
+            "'ppg feedback' (optimum if social, equilibrium if selfish).",
+        ),
+    ] = "straight"
     seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1
     jobs: JobsOption = 1
     out: Annotated[
@@ -74,14 +82,17 @@ def train(
 ) -> None:
     """Train players with stable-baselines3; continues from its checkpoint after a kill."""
     from baselines.policy_file import write_learned
-    from baselines.train import METHODS
+    from baselines.train import check_warm_start, player_name
     from benchmarks.output_paths import target
     from ppg_env.game.between_steps import overlap_times
     from ppg_env.scenarios.make import make_game
 
     lam = _check(training)
     instance = make_game(game, **overrides)
-    player = f"{METHODS[training.method].prefix}-{training.sharing}"
+    check_warm_start(
+        training.warm_start, training.method, instance, training.tolerance, "--warm-start"
+    )
+    player = player_name(training.method, training.sharing, training.warm_start)
     path = target(f"{game}-{player}", ".npz", training.out)
     folder = Path(f"{path}.checkpoints")
     learned = _train(instance, game, training, seed, None if "lam" in overrides else lam, folder)
@@ -136,6 +147,7 @@ def _train(
             sharing=training.sharing,
             lam=lam,
             tolerance=training.tolerance,
+            warm_start=training.warm_start,
             seeds=range(seed, seed + training.seeds),
             steps=training.steps,
             jobs=training.jobs,
@@ -147,7 +159,7 @@ def _train(
 
 def _command(game: str, overrides: dict[str, Any], training: Training, seed: int) -> str:
     """Return the command that repeats the training; options with default values are left out."""
-    names = ("method", "sharing", "lam_range", "steps", "tolerance", "seeds")
+    names = ("method", "sharing", "lam_range", "steps", "tolerance", "warm_start", "seeds")
     options = overrides | {name: getattr(training, name) for name in names}
     options |= {"seed": seed, "out": training.out}
     defaults = inspect.signature(train).parameters

@@ -20,9 +20,14 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
 
     Worker processes import the modules again and train at full length.
     """
-    from baselines import ppo, sac_single, train, warm_start
+    from baselines import imitation, ppo, sac_single, train, warm_start
 
     patch.setattr(warm_start, "UPDATES", 10)
+    patch.setattr(warm_start, "CRITIC_ROLLOUTS", 1)
+    patch.setattr(imitation, "COPIES", 8)
+    patch.setattr(imitation, "ROUNDS", 2)
+    patch.setattr(imitation, "UPDATES", 10)
+    patch.setattr(imitation, "LAST_UPDATES", 10)
     patch.setattr(ppo, "ROLLOUT", 2)
     patch.setattr(ppo, "EPOCHS", 1)
     patch.setattr(sac_single, "ROLLOUT", 10)

@@ -1,0 +1,138 @@
+"""Warm starts from feedback players: what the network imitates, and what it becomes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baselines import evaluate_runs, imitation, ppo_shared, train_players, warm_start
+from baselines.imitation import feedback_players, imitate_feedback
+from baselines.policy import team_players
+from baselines.ppo import make_learner, policy_of
+from baselines.training_loop import Args
+from ppg_env import Game, InputError, make_game
+from ppg_env.env import evaluate
+from ppg_env.env.players import straight_players
+from tests.baselines.small import ROLLOUT
+from tests.solvers.feedback.line_games import line_agent, line_game
+
+EPISODES = 4096
+
+
+@pytest.fixture
+def overtaking() -> Game:
+    """A fast agent behind a slow one, which it must not run into."""
+    return line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0))
+
+
+@pytest.fixture
+def few_examples(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {"COPIES": 64, "ROUNDS": 3, "UPDATES": 200, "LAST_UPDATES": 600}.items():
+        monkeypatch.setattr(imitation, name, value)
+
+
+@pytest.mark.usefixtures("few_examples")
+@pytest.mark.parametrize("sharing", ["social", "selfish"])
+def test_the_network_costs_about_as_much_as_what_it_imitates(
+    overtaking: Game, sharing: str
+) -> None:
+    args = Args(overtaking, sharing, None, imitate_feedback=True)
+    learner = make_learner(args)
+    imitate_feedback(learner.model, args, learner.env.learners)
+    network = team_players(overtaking, (policy_of(args, learner),))
+    feedback = feedback_players(overtaking, sharing, None)
+    straight = straight_players(overtaking)
+    costs = [
+        evaluate(overtaking, players, EPISODES).cost.mean()
+        for players in (feedback, network, straight)
+    ]
+    assert costs[0] < costs[1] < 1.05 * costs[0] < costs[2]
+
+
+@pytest.mark.usefixtures("few_examples")
+def test_one_network_imitates_the_players_of_several_lam(
+    overtaking: Game, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(imitation, "LAMS", 2)
+    args = Args(overtaking, "social", (0.2, 0.8), imitate_feedback=True)
+    both = imitation._demonstrations(args, [0, 1])
+    assert [len(set(d.env.simulator.lam.ravel())) for d in both] == [1, 1]
+    learner = make_learner(args)
+    imitate_feedback(learner.model, args, learner.env.learners)
+    inputs = np.array(learner.env.reset())
+    inputs[:, -1] = 0.2
+    careful = policy_of(args, learner)(inputs)
+    inputs[:, -1] = 0.8
+    assert np.abs(policy_of(args, learner)(inputs) - careful).max() > 0.01
+
+
+@pytest.mark.usefixtures("short_trainings")
+def test_the_value_network_is_fitted_alone(overtaking: Game) -> None:
+    args = Args(overtaking, "social", None, imitate_feedback=True)
+    learner = make_learner(args)
+    before = {name: value.clone() for name, value in learner.model.policy.state_dict().items()}
+    warm_start._fit_critic(learner)
+    changed = {
+        name for name, value in learner.model.policy.state_dict().items()
+        if not value.equal(before[name])
+    }  # fmt: skip
+    assert changed
+    assert all("value_net" in name for name in changed)
+    assert all(value.requires_grad for value in learner.model.policy.parameters())
+    assert learner.model.num_timesteps == 0
+
+
+@pytest.mark.usefixtures("short_trainings")
+def test_a_training_says_that_its_start_was_warm_and_repeats(
+    overtaking: Game, tmp_path: Path
+) -> None:
+    words = {"sharing": "social", "lam": None, "steps": 2 * ROLLOUT, "warm_start": "feedback"}
+    learned = train_players(overtaking, **words)
+    assert learned.name == "ppo-warm-social"
+    assert learned.about["warm_start"] == "feedback"
+    args = Args(overtaking, "social", None, steps=2 * ROLLOUT, imitate_feedback=True)
+    kept = replace(args, checkpoint=tmp_path / "seed-0.pt", checkpoint_every=1)
+    assert ppo_shared.train(kept) == learned.runs[0]
+    assert ppo_shared.train(kept) == learned.runs[0]  # from the checkpoint
+    with pytest.raises(InputError, match="another training"):
+        ppo_shared.train(replace(kept, imitate_feedback=False))
+
+
+@pytest.mark.usefixtures("short_trainings")
+@pytest.mark.parametrize("method", ["independent", "best-response"])
+def test_every_agent_with_a_network_of_its_own_imitates_its_player(
+    overtaking: Game, method: str
+) -> None:
+    learned = train_players(overtaking, method, lam=None, steps=ROLLOUT, warm_start="feedback")
+    assert len(learned.runs[0]) == 2
+    assert np.isfinite(evaluate_runs(overtaking, [learned.players(overtaking)], 100).costs).all()
+
+
+@pytest.mark.parametrize(
+    ("game", "method", "start"),
+    [
+        ("intersection3", "shared", "feedback"),
+        ("head_on", "off-policy", "feedback"),
+        ("head_on", "shared", "cold"),
+    ],
+)
+def test_starts_that_cannot_be_are_refused(game: str, method: str, start: str) -> None:
+    with pytest.raises(InputError, match="warm_start"):
+        train_players(make_game(game), method, warm_start=start)
+
+
+@pytest.mark.slow
+def test_ppo_after_a_warm_start_costs_little_more_than_the_feedback_optimum(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Half of the rounds and a fifth of the steps of a real training."""
+    monkeypatch.setattr(imitation, "ROUNDS", 3)
+    game = make_game("head_on", speed="l1", lam=0.8, objective="risk")
+    words = {"sharing": "social", "lam": None, "steps": 400_000, "warm_start": "feedback"}
+    warm = train_players(game, **words)
+    optimum = feedback_players(game, "social", None)
+    costs = evaluate_runs(game, [warm.players(game), optimum], 2 * EPISODES, groups=2).costs
+    assert costs[0] < 1.03 * costs[1]
