@@ -22,7 +22,8 @@ import numpy as np
 
 from ppg_env.errors import InputError
 from solvers.feedback.grid.joint_model import FLOAT, JointModel
-from solvers.feedback.grid.parking import Parking, interpolated, make_places
+from solvers.feedback.grid.parking import Parking, interpolated
+from solvers.feedback.grid.places import make_places
 from solvers.feedback.grid.state_grid import Grid, padded
 
 STATIONARY = 1e-4
