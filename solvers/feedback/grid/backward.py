@@ -29,7 +29,7 @@ from solvers.feedback.grid.state_grid import Grid, padded
 STATIONARY = 1e-4
 """A stage that changes no cost by more than this, and all before it, count as the same."""
 
-SPARE = 10
+SPARE = 36
 """Arrays over the joint grid that are in use at the same time, without the stages."""
 
 

@@ -72,7 +72,7 @@ def solve_single(
     began = monotonic()
     model = make_single_model(game, rules, step)
     total, lam = rules.steps(game), float(game.agents[0].lam)
-    needed = FLOAT * model.size * (total + 2 * SPARE)
+    needed = FLOAT * model.size * (total + SPARE)
     check_memory(needed, memory_limit)
     fields, value = np.empty((total, model.size), np.float32), np.zeros(model.size, np.float32)
     done, same = 0, False

@@ -27,7 +27,7 @@ def spacecraft(control=None, **more):
     """A double integrator in the plane that has to get around a block."""
     agent = Agent(
         start=[0.0, 0.0, 0.0, 0.0], goal=[30.0, 0.0], shape=Polytope.box([4.0, 4.0]),
-        control=Polytope.box([3.0, 3.0]) if control is None else control, lam=LAM,
+        control=Polytope.box([6.0, 6.0]) if control is None else control, lam=LAM,
         noise=np.diag([0.4, 0.4, 0.1, 0.1]), gain=np.zeros((2, 4)), A=PLANE,
         B=np.vstack([0.5 * np.eye(2), np.eye(2)]),
     )  # fmt: skip
@@ -64,7 +64,7 @@ def test_an_obstacle_costs_its_probability():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("control", [Polytope.box([3.0, 3.0]), Polytope.disc(3.0, 8)])
+@pytest.mark.parametrize("control", [Polytope.box([6.0, 6.0]), Polytope.disc(3.0, 8)])
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
 def test_a_double_integrator_in_the_plane_costs_what_its_value_says(control, collisions):
     game = spacecraft(control, obstacles=(block(),), collisions=collisions)
