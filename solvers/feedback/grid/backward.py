@@ -122,7 +122,7 @@ def solve_backward(
         ahead = {i: model.filters[i].traffic(alone[i]) for i in chooser.agents}
         past = {} if parking is None else parking.ahead()
         fields = [
-            _continue(model, i, value, ahead[i], parking and parking.arrivals(i, past))
+            _continue(model, i, value, ahead[i], parking.arrivals(i, past) if parking else None)
             for i, value in zip(chooser.agents, values, strict=True)
         ]
         values, choice = chooser.choose(clock, fields, ahead)

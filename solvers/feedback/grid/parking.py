@@ -56,7 +56,7 @@ class Passing:
             grid.low, grid.step, grid.shape, grid.points, ends, np.zeros(grid.size, np.float32),
             out, best,
         )  # fmt: skip
-        points = np.arange(best.shape[1])[None]
+        points = np.arange(field.shape[1])[None]
         index, weight = side.index[points, best], side.weight[points, best]
         chance = self._chance(side.points[points], side.ends[points, best])
         chance *= side.stays[points, best]
