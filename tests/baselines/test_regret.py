@@ -49,7 +49,8 @@ def test_the_gain_on_a_grid_is_that_of_the_best_response() -> None:
     """A fast agent behind a slow one, both blind: the first gains by waiting."""
     game = line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0))
     players = straight_players(game)
-    found = regret_bounds(game, players, deviations=["grid"], agents=[0], episodes=1024)[0]
+    words = {"deviations": ["grid"], "agents": [0], "episodes": 1024}
+    found = regret_bounds(game, players, **words, options=DeviationOptions(time_limit=None))[0]
     response = best_feedback_response(game, 0, players)
     costs = [
         evaluate(game, team, 1024, group=EVALUATION).cost[:, 0]
@@ -59,8 +60,7 @@ def test_the_gain_on_a_grid_is_that_of_the_best_response() -> None:
     assert found.deviation == "grid"
     assert found.regret.low > 0
     with pytest.raises(InputError, match="memory_limit"):
-        regret_bounds(game, players, deviations=["grid"], agents=[0], episodes=100,
-                      options=DeviationOptions(memory_limit=1e3))  # fmt: skip
+        regret_bounds(game, players, **words, options=DeviationOptions(memory_limit=1e3))
 
 
 def test_responses_to_policies_from_grids_have_finer_grids() -> None:

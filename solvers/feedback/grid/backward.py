@@ -22,13 +22,14 @@ import numpy as np
 
 from ppg_env.errors import InputError
 from solvers.feedback.grid.joint_model import FLOAT, JointModel
-from solvers.feedback.grid.parking import Parking, interpolated, make_places
+from solvers.feedback.grid.parking import Parking, interpolated
+from solvers.feedback.grid.places import make_places
 from solvers.feedback.grid.state_grid import Grid, padded
 
 STATIONARY = 1e-4
 """A stage that changes no cost by more than this, and all before it, count as the same."""
 
-SPARE = 14
+SPARE = 36
 """Arrays over the joint grid that are in use at the same time, without the stages."""
 
 
@@ -121,7 +122,7 @@ def solve_backward(
         ahead = {i: model.filters[i].traffic(alone[i]) for i in chooser.agents}
         past = {} if parking is None else parking.ahead()
         fields = [
-            _continue(model, i, value, ahead[i], parking and parking.arrivals(i, past))
+            _continue(model, i, value, ahead[i], parking.arrivals(i, past) if parking else None)
             for i, value in zip(chooser.agents, values, strict=True)
         ]
         values, choice = chooser.choose(clock, fields, ahead)

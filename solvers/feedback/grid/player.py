@@ -14,7 +14,7 @@ from solvers.feedback.grid.frozen_players import Observer
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.look_ahead import Body, decide_alone, decide_jointly, respond_everywhere
 from solvers.feedback.grid.moves import action_set, action_spacing, after, project
-from solvers.feedback.grid.parking import make_places
+from solvers.feedback.grid.places import make_places
 from solvers.feedback.grid.state_grid import AXES, padded
 
 

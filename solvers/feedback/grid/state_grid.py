@@ -108,7 +108,7 @@ def make_grid(game: Game, agent: int, step: float, axes: int = AXES) -> Grid:
     low, high = np.minimum(mover.start, goal) - room, np.maximum(mover.start, goal) + room
     cells = CELLS_PER_STEP if axes == AXES else COARSE_CELLS
     if axes > AXES:
-        low[:d], high[:d] = _around_obstacles(game, agent, low[:d], high[:d])
+        low[:d], high[:d] = _around_obstacles(game, agent, low[:d], high[:d], room[:d])
     sizes, lows, shape = np.ones(axes), np.zeros(axes), [1] * axes
     for k in range(n):
         size = step if k < d or reach[k] == 0 else reach[k] / cells
@@ -124,13 +124,14 @@ def _room(game: Game, agent: int) -> np.ndarray:
     room[:d] = _bodies(game, agent) + _reach(game, agent)[:d] / 2
     for k in range(d, mover.state_dim):
         room[k] = _velocity_room(game, agent, k)
+    room[:d] += np.abs(mover.A[:d, d:]) @ room[d:] / 2
     return np.asarray(room + ROOM * np.sqrt(np.diag(mover.noise)))
 
 
 def _around_obstacles(
-    game: Game, agent: int, low: np.ndarray, high: np.ndarray
+    game: Game, agent: int, low: np.ndarray, high: np.ndarray, room: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the box (d,), (d,) of positions, widened to those that touch obstacles it meets."""
+    """Return the box (d,), (d,) of positions, widened to pass obstacles it meets with ``room``."""
     boxes = [
         np.stack(e.collision.bounds) + place
         for e in game.encounters
@@ -138,7 +139,10 @@ def _around_obstacles(
         for place in _places(game.obstacles[e.obstacle])
     ]
     met = [box for box in boxes if (box[0] < high).all() and (box[1] > low).all()]
-    return np.min([low, *(b[0] for b in met)], axis=0), np.max([high, *(b[1] for b in met)], axis=0)
+    return (
+        np.min([low, *(box[0] - room for box in met)], axis=0),
+        np.max([high, *(box[1] + room for box in met)], axis=0),
+    )
 
 
 def _places(obstacle: Obstacle) -> np.ndarray:

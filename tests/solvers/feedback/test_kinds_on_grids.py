@@ -77,7 +77,7 @@ def test_double_integrators_far_apart_cost_what_each_costs_alone():
 @pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
-@pytest.mark.parametrize("control", [Polytope.box([8.0, 8.0]), Polytope.disc(8.0, 8)])
+@pytest.mark.parametrize("control", [Polytope.box([16.0, 16.0]), Polytope.disc(8.0, 8)])
 def test_control_sets_in_the_plane_cost_what_their_values_say(control, collisions):
     solution = feedback_optimum(planar(control, collisions=collisions), step=2.0)
     assert sum(solution.value) == pytest.approx(simulated(solution).sum(), rel=0.03)
