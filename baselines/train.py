@@ -74,10 +74,12 @@ def train_players(
 
     Parameters
     ----------
-    game, sharing, lam, tolerance, warm_start, steps, tensorboard
+    game, sharing, lam, tolerance, steps, tensorboard
         See :class:`baselines.training_loop.Args`; ``steps`` defaults to those of the method.
     method
         A name of :data:`METHODS`.
+    warm_start
+        What the networks imitate first, a name of :data:`WARM_STARTS`.
     jobs
         Processes; results do not depend on them.
     folder
