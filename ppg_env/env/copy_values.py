@@ -38,6 +38,7 @@ class CopyValues:
         self.noise, self.size = np.tile(self._noise, (C, 1, 1, 1)), np.ones((C, N))
         self.playing, self.moved = np.ones((C, N), dtype=np.bool_), np.zeros(C, dtype=np.bool_)
         self._lam_before = np.full((C, N), np.nan)
+        self._codes = tables.agent_codes.copy()
 
     @property
     def roots(self) -> np.ndarray:
@@ -53,6 +54,7 @@ class CopyValues:
             start=self.start.reshape(-1, n),
             goal=self.goal.reshape(-1, n),
             root=self._all_roots,
+            agent_codes=self._codes,
         )
 
     def kept(self, rows: np.ndarray) -> list[np.ndarray]:
@@ -79,7 +81,10 @@ class CopyValues:
             n, goal = agent.state_dim, agent.goal
             self.start[rows, i, :n], self.goal[rows, i, : goal.size] = agent.start, goal
             if given.fields["noise"][i]:
-                self.roots[rows, i, :n, :n] = square_root(agent.noise)
+                root = square_root(agent.noise)
+                if np.count_nonzero(root - np.diag(np.diag(root))):
+                    self._codes[2, i] = 0  # no longer separable: the noise couples axes
+                self.roots[rows, i, :n, :n] = root
                 self.noise[rows, i, :n, :n] = agent.noise
             if given.fields["lam"][i]:
                 self.set_number("lam", rows, i, np.full(len(rows), agent.lam))

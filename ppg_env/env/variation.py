@@ -1,7 +1,6 @@
 """What differs between the copies of a simulator: values given at a reset, or drawn by a rule.
 
-Every episode of a copy starts from the game's values; those of the rule are drawn, and those that
-the client gives replace them.
+Every episode starts from the game's values; those of the rule are drawn, others are given.
 """
 
 from __future__ import annotations
@@ -25,13 +24,9 @@ from ppg_env.game.game import Game
 
 
 class Variation:
-    """The varying values of the copies of ``game``, and the draws of ``seed``.
+    """The varying ``values`` of the copies of ``game``, and the draws of ``seed``.
 
     ``lam`` (C, N) is the simulator's own array.
-
-    Attributes
-    ----------
-    values : what the copies play with now.
     """
 
     def __init__(
@@ -57,11 +52,10 @@ class Variation:
         InputError
             If it does not fit the game or the rules of play.
         """
-        if rule is None:
-            self._draws = None
-            return
-        check_rule(rule, self._game, self._base)
-        self._draws = Draws(rule, self._game, self._base, self._placement)
+        if rule is not None:
+            check_rule(rule, self._game, self._base)
+        game, base = self._game, self._base
+        self._draws = None if rule is None else Draws(rule, game, base, self._placement)
 
     def begin(self, tables: Tables, chosen: np.ndarray, given: Given | None) -> Tables:
         """Set the values of the next episodes of the ``chosen`` (C,) copies; return the tables.
@@ -91,10 +85,7 @@ class Variation:
         self._episodes[rows] += 1
         values.mark_moved(rows)
         # Tables hold the arrays of the values: linked again, since a copied simulator has its own.
-        tables = values.tables(tables)
-        if given is not None and given.fields["noise"].any():
-            tables = self._with_coupled_noise(tables)
-        return self._with_bodies(tables, rows)
+        return self._with_bodies(values.tables(tables), rows)
 
     @cached_property
     def _placement(self) -> Placement:
@@ -107,14 +98,6 @@ class Variation:
             if not self._base.scheduled:
                 halves = zip(agents, self._base.tolerance, strict=False)
                 check_starts(agents, [half[: agent.goal.size] for agent, half in halves])
-
-    def _with_coupled_noise(self, tables: Tables) -> Tables:
-        """Return tables in which agents whose noise couples axes are no longer separable."""
-        roots = self.values.roots
-        coupled = (roots * (1 - np.eye(roots.shape[2]))).any(axis=(0, 2, 3))
-        codes = tables.agent_codes.copy()
-        codes[2, coupled] = 0
-        return tables._replace(agent_codes=codes)
 
     def _with_bodies(self, tables: Tables, rows: np.ndarray) -> Tables:
         """Return tables with the bodies of each copy, once any of them has another size."""
