@@ -1,8 +1,8 @@
 """IPPO of AgileRL: python examples/agilerl_ippo.py.
 
 AgileRL steps PettingZoo parallel environments in processes of their own, and gives agents of one
-group, here ``agent_0`` and ``agent_1``, one policy.  Departed agents are NaN in its batches, which
-``AsyncAgentsWrapper`` takes out.
+group, here ``agent_0`` and ``agent_1``, one policy.  It writes NaN for agents that have left, which
+can reach the networks; with ``together=True`` none leaves before the last.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import torch
 from agilerl.algorithms import IPPO
 from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_policy
 from agilerl.vector.pz_async_vec_env import AsyncPettingZooVecEnv
-from agilerl.wrappers.agent import AsyncAgentsWrapper
 from figures import report
 from shaped_env import ShapedEnv
 
@@ -28,9 +27,9 @@ if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
     game = make_game("head_on", speed="l1", lam=0.8)
-    env = AsyncPettingZooVecEnv([lambda: ShapedEnv(game)] * 4)
+    env = AsyncPettingZooVecEnv([lambda: ShapedEnv(game, together=True)] * 4)
     names = env.agents
-    ippo = IPPO(
+    learner = IPPO(
         [env.single_observation_space(name) for name in names],
         [env.single_action_space(name) for name in names],
         agent_ids=names,
@@ -46,7 +45,6 @@ if __name__ == "__main__":
         ent_coef=0.0,
         update_epochs=10,
     )
-    learner = AsyncAgentsWrapper(ippo)  # without it, NaN of departed agents reach the networks
     start = time.time()
     train_multi_agent_on_policy(
         env,
@@ -60,7 +58,7 @@ if __name__ == "__main__":
     )
     seconds = time.time() - start
 
-    actor = ippo.actors[ippo.get_group_id(names[0])]
+    actor = learner.actors[learner.get_group_id(names[0])]
 
     def act(_: int, observations: np.ndarray) -> np.ndarray:
         """Return the mean action."""
@@ -68,5 +66,5 @@ if __name__ == "__main__":
             actor(torch.as_tensor(observations))
             return actor.head_net.dist.mu.numpy()
 
-    steps = ippo.steps * len(names)
+    steps = learner.steps * len(names)
     report("agilerl-ippo", game, act, steps=steps, seconds=seconds)
