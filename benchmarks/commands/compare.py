@@ -65,14 +65,10 @@ def compare(
     check_arena(comparison.arena)
     names, arena = chosen_players(comparison.players, comparison.arena)
     refuse_unused(planner, names)
-    tolerance = comparison.tolerance
-    require(
-        tolerance is None or arena == "env",
-        "--tolerance",
-        "has no effect on schedule",
-        "add --arena env",
-    )
-    instance, episodes = make_game(game, **overrides), comparison.episodes
+    tolerance, episodes = comparison.tolerance, comparison.episodes
+    unused = tolerance is not None and arena != "env"
+    require(not unused, "--tolerance", "has no effect on schedule", "add --arena env")
+    instance = make_game(game, **overrides)
     wanted = out is not None or not as_json
     picture = target(f"compare-{game_name(instance)}", ".png", out) if wanted else None
     with working(f"comparing in {game}") as status:
