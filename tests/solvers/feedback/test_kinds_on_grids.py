@@ -63,6 +63,7 @@ def test_double_integrators_on_lines_cost_what_their_values_say(collisions):
     assert response.value == pytest.approx(simulated(response), rel=0.04)
 
 
+@pytest.mark.slow
 def test_double_integrators_far_apart_cost_what_each_costs_alone():
     """The solver for one agent is another program than that for two."""
     game = Game((cart(0.0, 24.0), cart(500.0, 530.0)), objective="risk", horizon=3)
