@@ -8,7 +8,9 @@ import pytest
 
 from baselines import read_learned
 from ppg_env import make_game
+from ppg_env.formats.game_file import game_to_toml
 from tests.baselines.small import ROLLOUT
+from tests.solvers.feedback.line_games import line_agent, line_game
 
 SHORT = ("--steps", str(ROLLOUT))
 
@@ -65,6 +67,17 @@ def test_json_has_the_figures(ppg, tmp_path):
     assert read_learned(tmp_path / "a.npz").fits(make_game("parallel", lam=0.3))
 
 
+def test_a_warm_start_is_in_the_name_and_in_the_command(ppg, tmp_path):
+    game = line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0))
+    path = tmp_path / "line.toml"
+    path.write_text(game_to_toml(game))
+    words = ["train", path, "--lam", "0.8", "--warm-start", "feedback", *SHORT]
+    ppg(*words, "--out", tmp_path / "a.npz")
+    learned = read_learned(tmp_path / "a.npz")
+    assert learned.name == "ppo-warm-selfish"
+    assert "--warm-start feedback" in learned.about["command"]
+
+
 def test_tensorboard_logs_are_written_when_asked(ppg, tmp_path):
     logs = tmp_path / "logs"
     ppg("train", "parallel", *SHORT, "--out", tmp_path / "a.npz", "--tensorboard", logs)
@@ -113,6 +126,8 @@ def test_learned_players_play_in_the_environment_only(ppg):
     [
         (["--method", "magic"], "shared"),
         (["--sharing", "kind"], "social"),
+        (["--warm-start", "cold"], "straight or feedback"),
+        (["--warm-start", "feedback", "--method", "off-policy"], "off-policy"),
         (["--lam-range", "0.5"], "two numbers"),
         (["--lam-range", "0.9,0.1"], "low <= high"),
         (["--lam-range", "a,b"], "write a number"),
