@@ -112,7 +112,8 @@ def test_frozen_players_see_moving_obstacles_as_in_the_environment():
     simulator.reset()
     for _ in range(3):
         view = simulator.view(1)
+        assert view.in_traffic.all()
         copy = Observer(game, simulator.rules, 1).view(view.state.copy(), view.clock.copy())
         assert np.array_equal(copy.obstacles, view.obstacles)
         assert copy.observation == pytest.approx(view.observation, abs=1e-6)
-        simulator.step(np.zeros((3, 2, 1)))
+        simulator.step(np.tile([[0.0], [6.0]], (3, 1, 1)))  # past the gate before it shuts
