@@ -118,7 +118,7 @@ def unreachable_advice(game: Game, movers: tuple[int, ...]) -> str:
         if earliest_arrival(agent, game.horizon) is None:
             needed = sufficient_horizon(agent, LONGER * game.horizon)
             remedy = (
-                "raise its speed, allow controls that lead to the goal, or change its within or "
+                "allow larger controls or others that lead to the goal, or change its within or "
                 "reserve"
                 if needed is None
                 else f"set the horizon to {needed} or more"

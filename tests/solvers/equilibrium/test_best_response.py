@@ -68,11 +68,11 @@ def test_a_goal_out_of_reach_names_the_agent_and_the_horizon_that_would_do():
     assert "9" in solution.advice
 
 
-def test_a_goal_that_no_horizon_reaches_asks_for_speed():
+def test_a_goal_that_no_horizon_reaches_asks_for_larger_controls():
     game = make_game("head_on", goal={0: [1e5, 50.0]})
     solution = best_response(game, 0, make_profile(game, np.zeros((2, game.horizon, 2))))
     assert solution.status is Status.UNREACHABLE
-    assert "speed" in solution.advice
+    assert "larger controls" in solution.advice
 
 
 def test_a_start_that_another_drives_over_is_infeasible():
