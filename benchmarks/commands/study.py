@@ -21,7 +21,7 @@ from benchmarks.options import (
 from benchmarks.terminal import PIPE_WIDTH, bar, print_json, print_table
 
 if TYPE_CHECKING:
-    from benchmarks.studies.study import Choice, Study
+    from benchmarks.studies.study import Study, StudyChoice
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def study(
         _draw(experiment, rows, picture)
 
 
-def _choice(whole: Choice, chosen: Range, seed: int) -> Choice:
+def _choice(whole: StudyChoice, chosen: Range, seed: int) -> StudyChoice:
     """Narrow the whole study to what was chosen."""
     from benchmarks.studies.study import SPEEDS
 

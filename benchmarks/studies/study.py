@@ -32,7 +32,7 @@ without feedback) takes longer than the rest of a study.
 
 
 @dataclass(frozen=True)
-class Choice:
+class StudyChoice:
     """The extent of a study; the command line can narrow it.
 
     ``collisions`` is the rule of all games of a sweep; ``instants`` is the paper's.
@@ -76,8 +76,8 @@ class Study:
 
     name: str
     question: str
-    choice: Choice
-    cells: Callable[[Choice], Sequence[Any]]
+    choice: StudyChoice
+    cells: Callable[[StudyChoice], Sequence[Any]]
     tables: Callable[[Sequence[StudyRow]], Iterable[Table]]
     words: Callable[[Sequence[StudyRow]], Iterable[str]]
     draw: Callable[[Sequence[StudyRow]], Mapping[str, Figure]]
@@ -86,7 +86,7 @@ class Study:
 
     def rows(
         self,
-        choice: Choice,
+        choice: StudyChoice,
         results: Path,
         store: Path,
         *,

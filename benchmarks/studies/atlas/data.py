@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks import sweeps
 from benchmarks.studies.prices import FOUND
 from benchmarks.studies.results import StudyRow, grouped, largest_regret
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from solvers.equilibrium.start_profile import STARTS
 
 RANDOM = 12
@@ -32,7 +32,7 @@ SAME = 1e-3
 """Equilibria whose costs differ by at most this share count as one."""
 
 
-def cells(choice: Choice) -> list[sweeps.Cell]:
+def cells(choice: StudyChoice) -> list[sweeps.Cell]:
     """Return the cells: both first profiles with all orders, fixed and drawn."""
     chosen = []
     for scenario, speed, lam in product(choice.scenarios, choice.speeds, choice.lams):

@@ -16,14 +16,14 @@ from benchmarks.studies.atlas.data import (
 from benchmarks.studies.atlas.figure import draw_atlas
 from benchmarks.studies.prices import missing
 from benchmarks.studies.results import StudyRow, chance, crash_event, limits
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 from solvers.equilibrium.start_profile import STARTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUESTION = "Which equilibria does a game have, and in which of them do best responses end?"
-CHOICE = Choice((*PAPER, "circle(4)"), ("l1",), (0.8,), episodes=20_000)
+CHOICE = StudyChoice((*PAPER, "circle(4)"), ("l1",), (0.8,), episodes=20_000)
 
 HEADS = (
     "who passes whom", "equilibria", "share\nof runs", *(f"from\n{start}" for start in STARTS),

@@ -24,7 +24,7 @@ import numpy as np
 from baselines.evaluate_runs import RunStatistics, evaluate_runs, over_runs
 from baselines.pretrained import find_pretrained
 from benchmarks.studies.results import StudyRow
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from ppg_env.env.players import Player, track
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
@@ -57,7 +57,7 @@ class LearnedCell:
         return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
 
 
-def cells(choice: Choice) -> list[LearnedCell]:
+def cells(choice: StudyChoice) -> list[LearnedCell]:
     """Return all cells, by speed set first."""
     return [
         LearnedCell(scenario, speed, lam)

@@ -10,12 +10,12 @@ import numpy as np
 from benchmarks.studies.learned.data import KINDS, PLAYERS, RIVALS, SAME, cells, run_cell
 from benchmarks.studies.learned.figure import draw_speed
 from benchmarks.studies.results import StudyRow, by_speed, probability
-from benchmarks.studies.study import PAPER, SPEEDS, Choice, Study, Table
+from benchmarks.studies.study import PAPER, SPEEDS, Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 QUESTION = "Do learned selfish agents pay the same price in safety as equilibrium planners?"
-CHOICE = Choice(PAPER, SPEEDS, (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=250_000)
+CHOICE = StudyChoice(PAPER, SPEEDS, (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=250_000)
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:

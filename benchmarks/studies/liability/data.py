@@ -27,7 +27,7 @@ import numpy as np
 from benchmarks import sweeps
 from benchmarks.studies.prices import FOUND, OPTIMUM, Price
 from benchmarks.studies.results import StudyRow, grouped, largest_regret
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 
 SHARES = ("selfish", "partial:0.25", "partial:0.5", "partial:0.75", "pigou")
 """Rules by the share of the harm to the other agent that is paid: 0, 1/4, 1/2, 3/4, 1."""
@@ -50,7 +50,7 @@ NODES = 3000
 """Node limit of ``social``: results do not depend on the machine."""
 
 
-def cells(choice: Choice) -> list[sweeps.Cell]:
+def cells(choice: StudyChoice) -> list[sweeps.Cell]:
     """Return the cells: every rule in both orders, and the optimum where it can be computed."""
     chosen = []
     games = product(choice.scenarios, choice.speeds, choice.lams, SOCIETIES.values())

@@ -20,13 +20,13 @@ from benchmarks.studies.liability.data import (
 from benchmarks.studies.liability.figure import draw_games
 from benchmarks.studies.prices import missing
 from benchmarks.studies.results import StudyRow, crash_event, grouped
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUESTION = "Which rule of liability restores the social optimum, and among how many agents?"
-CHOICE = Choice(
+CHOICE = StudyChoice(
     (*PAPER, "circle(4)", "circle(6)", "streams(6)"),
     ("l1",),
     (0.8,),

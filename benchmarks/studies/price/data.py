@@ -15,7 +15,7 @@ from benchmarks.studies.prices import (
     PLAYERS,
     Price,
 )
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from benchmarks.sweeps import Cell
 
 OBJECTIVES = ("margin", "risk")
@@ -25,7 +25,7 @@ FAMILY = AXES[:-1]
 """Games of a family differ in lam only."""
 
 
-def cells(choice: Choice) -> list[Cell]:
+def cells(choice: StudyChoice) -> list[Cell]:
     """Return the cells: three players in every game."""
     games = product(choice.speeds, choice.scenarios, OBJECTIVES, GAINS, choice.lams)
     return [

@@ -23,13 +23,13 @@ from benchmarks.studies.prices import (
     verdict,
 )
 from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, crash_event, grouped
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUESTION = "Equilibria cost little more than the optimum: how much more do they risk?"
-CHOICE = Choice(PAPER, ("l1", "disc"), (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=100_000)
+CHOICE = StudyChoice(PAPER, ("l1", "disc"), (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=100_000)
 
 FAMILIES = ("scenario", "objective", "gain", *SUMMARY)
 SIGNIFICANT = (

@@ -22,7 +22,7 @@ from itertools import product
 from benchmarks import sweeps
 from benchmarks.studies.prices import FOUND, OPTIMUM
 from benchmarks.studies.results import StudyRow, grouped, largest_regret
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 
 SIZES = (2, 3, 4, 6, 8, 10, 12, 16, 20)
 HORIZONS = (12, 15, 20, 25, 30, 40)
@@ -37,7 +37,7 @@ AXES = ("scenario", "family", "agents", "horizon", "speed", "lam")
 """Columns that identify games."""
 
 
-def cells(choice: Choice) -> list[sweeps.Cell]:
+def cells(choice: StudyChoice) -> list[sweeps.Cell]:
     """Return the cells: both planners in every game."""
     chosen = []
     for family, speed, lam in product(choice.scenarios, choice.speeds, choice.lams):

@@ -18,13 +18,13 @@ from benchmarks.studies.scaling.data import (
     size_of,
 )
 from benchmarks.studies.scaling.figure import draw_growth
-from benchmarks.studies.study import Choice, Study, Table
+from benchmarks.studies.study import Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUESTION = "How do planners, and the price of selfishness, grow with agents and horizon?"
-CHOICE = Choice(("circle", "streams", LONG), ("box",), (0.8,), episodes=20_000)
+CHOICE = StudyChoice(("circle", "streams", LONG), ("box",), (0.8,), episodes=20_000)
 
 HEADS = (
     "N", "horizon", "nash\ns", "regret\nat most", "social\ns", "gap", "cost\nratio", "crash\nnash",

@@ -22,7 +22,7 @@ from benchmarks.studies.prices import (
     prices,
 )
 from benchmarks.studies.results import StudyRow
-from benchmarks.studies.study import OUT_OF_REACH, Choice
+from benchmarks.studies.study import OUT_OF_REACH, StudyChoice
 from benchmarks.sweeps import Cell
 
 CAPS, HORIZONS, SCALES = (3.0, 2.0, 5.0, 8.0), (15, 20), ("exact", "paper")
@@ -37,7 +37,7 @@ Levels = dict[str, list[Price]]
 """Prices by the name of the level."""
 
 
-def cells(choice: Choice) -> list[Cell]:
+def cells(choice: StudyChoice) -> list[Cell]:
     """Return the cells: three players in every game of every level."""
     return [
         Cell(

@@ -20,7 +20,7 @@ from benchmarks.studies.prices import (
 from benchmarks.studies.results import StudyRow, crash_event
 from benchmarks.studies.sensitivity.data import AXES, by_level, cells
 from benchmarks.studies.sensitivity.figure import draw_levels
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ QUESTION = (
     "How far do cost gap and risk ratio depend on the cap M', the horizon, the square root of two "
     "and the speed set?"
 )
-CHOICE = Choice(PAPER, ("l1", "disc", "box"), (0.5, 0.8, 0.9), episodes=100_000)
+CHOICE = StudyChoice(PAPER, ("l1", "disc", "box"), (0.5, 0.8, 0.9), episodes=100_000)
 
 COLUMNS = ("level", "scenario", *SUMMARY)
 

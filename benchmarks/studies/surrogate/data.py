@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks import sweeps
 from benchmarks.studies.prices import PLAYERS
 from benchmarks.studies.results import StudyRow
-from benchmarks.studies.study import OUT_OF_REACH, Choice
+from benchmarks.studies.study import OUT_OF_REACH, StudyChoice
 
 GAINS = (0.0, 0.5)
 PLANNED: tuple[dict[str, Any], ...] = (
@@ -42,7 +42,7 @@ CAPS = (3.0, 5.0, 8.0)
 SCORES = (*(f"deficit, M' = {cap:g}" for cap in CAPS), "union bound")
 
 
-def cells(choice: Choice) -> list[sweeps.Cell]:
+def cells(choice: StudyChoice) -> list[sweeps.Cell]:
     """Return the cells: every planner with every objective, M' and lam; the straight model once."""
     chosen = []
     for speed, scenario, gain in product(choice.speeds, choice.scenarios, GAINS):

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.studies.orders import ORDERS, GamePlans, PlanPair, clearest, games
 from benchmarks.studies.prices import missing
 from benchmarks.studies.results import StudyRow, chance, crash_event
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 from benchmarks.studies.surrogate.data import CAPS, SCORES, cells, digest, plan_name
 from benchmarks.studies.surrogate.figure import draw_scores
 
@@ -21,7 +21,7 @@ QUESTION = (
     "Where does minus the sum of margins, the paper's surrogate, misorder plans against the "
     "probability of a crash?"
 )
-CHOICE = Choice(PAPER, ("l1",), (0.5, 0.8, 0.9), episodes=100_000)
+CHOICE = StudyChoice(PAPER, ("l1",), (0.5, 0.8, 0.9), episodes=100_000)
 
 SHORT = (*(f"M' = {cap:g}" for cap in CAPS), "bound")
 COLUMNS = (

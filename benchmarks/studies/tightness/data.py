@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from benchmarks.studies.results import StudyRow
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
 
@@ -59,7 +59,7 @@ class BoundsCell:
         )
 
 
-def cells(choice: Choice) -> list[BoundsCell]:
+def cells(choice: StudyChoice) -> list[BoundsCell]:
     """Return all cells, by speed set first."""
     return [
         BoundsCell(scenario, speed, objective, gain, lam, player)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.studies.results import StudyRow, by_speed, crash_event, probability
-from benchmarks.studies.study import PAPER, Choice, Study, Table
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 from benchmarks.studies.tightness.data import BOUNDS, CONFIDENCE, ENOUGH, NAMES, cells, run_cell
 from benchmarks.studies.tightness.figure import draw_speed
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUESTION = "How tight are the bounds on the crash probability?"
-CHOICE = Choice(PAPER, ("l1",), (0.5, 0.8), episodes=1_000_000)
+CHOICE = StudyChoice(PAPER, ("l1",), (0.5, 0.8), episodes=1_000_000)
 
 COLUMNS = (
     "scenario", "objective", "gain", "lam", "player", "paper's\nbound", "best\nfaces",

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from benchmarks import sweeps
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 
-SMALL = Choice(("intersection",), ("l1",), (0.8,), episodes=2000)
+SMALL = StudyChoice(("intersection",), ("l1",), (0.8,), episodes=2000)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.studies.atlas import data, study
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 
 
@@ -20,7 +20,7 @@ def row(kind, cost, start="straight", risk=0.1, status="equilibrium"):
 
 def test_few_agents_move_in_all_orders_and_many_in_some():
     for scenario, fixed in (("intersection", 2), ("intersection3", 6), ("circle(4)", 6)):
-        cells = data.cells(Choice((scenario,), ("l1",), (0.8,), 100))
+        cells = data.cells(StudyChoice((scenario,), ("l1",), (0.8,), 100))
         assert len({cell.address for cell in cells}) == 2 * (fixed + data.RANDOM)
         orders = {cell.order for cell in cells if cell.order != "random"}
         assert len(orders) == fixed

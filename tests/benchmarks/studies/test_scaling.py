@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.studies.scaling import data, study
-from benchmarks.studies.study import Choice
+from benchmarks.studies.study import StudyChoice
 from tests.benchmarks.studies.conftest import SMALL, crashing
 
 
@@ -17,7 +17,7 @@ def row(agents, player, seconds, cost=10.0, risk=0.1, **others):
 def test_families_grow_in_agents_and_one_game_in_its_horizon():
     cells = data.cells(SMALL)
     assert [c.game.horizon for c in cells if c.player == "nash"] == list(data.HORIZONS)
-    circles = data.cells(Choice(("circle",), ("box",), (0.8,), 100))
+    circles = data.cells(StudyChoice(("circle",), ("box",), (0.8,), 100))
     assert [len(c.game.agents) for c in circles if c.player == "nash"] == list(data.SIZES)
     assert all(c.time_limit == data.LIMIT for c in cells + circles)
 
