@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.errors import InputError, placed, require
-from ppg_env.support.validation import finite_array
+from ppg_env.support.validation import finite_array, is_whole
 
 FIELDS = ("start", "goal", "lam", "noise", "size")
 SCALARS = ("lam", "noise", "size")
@@ -232,7 +232,7 @@ def agent_number(key: Any, names: Sequence[str], place: str) -> int:
     """
     if isinstance(key, str) and key in names:
         return list(names).index(key)
-    whole = isinstance(key, (int, np.integer)) and not isinstance(key, bool)
+    whole = is_whole(key)
     if whole and 0 <= key < len(names):
         return int(key)
     raise InputError(place, f"names agent {key!r} of {len(names)}", "count agents from 0")

@@ -38,7 +38,7 @@ from ppg_env.formats.keys import check_keys
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
 from ppg_env.game.polytope import Polytope
-from ppg_env.support.validation import finite_array, finite_number
+from ppg_env.support.validation import finite_array, finite_number, is_whole
 
 OPTIONS = ("start", "goal", "lam", "noise", "size", "agents")
 OTHERS = ("options",)
@@ -186,7 +186,7 @@ def checked_size(value: Any, place: str) -> float:
 
 
 def _count(value: Any, most: int) -> int:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    whole = is_whole(value)
     require(
         whole and 1 <= value <= most,
         "agents",

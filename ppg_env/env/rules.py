@@ -63,6 +63,7 @@ import numpy as np
 
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
+from ppg_env.support.validation import is_whole
 
 CHOICES = {
     "arrival": ("region", "schedule"),
@@ -180,5 +181,5 @@ def _length(value: Any) -> bool:
 
 
 def _whole(value: Any, least: int) -> bool:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    whole = is_whole(value)
     return bool(whole and value >= least)

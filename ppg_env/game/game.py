@@ -29,7 +29,7 @@ from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.frozen import Record
-from ppg_env.support.validation import finite_number
+from ppg_env.support.validation import finite_number, is_whole
 
 OBJECTIVES = ("margin", "risk")
 SCALES = ("exact", "paper")
@@ -167,7 +167,7 @@ class Game(Record):
 
 
 def _checked_horizon(value: Any) -> int:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    whole = is_whole(value)
     require(
         whole and 1 <= value <= LONGEST_HORIZON,
         "horizon",

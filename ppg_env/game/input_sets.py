@@ -13,6 +13,7 @@ import numpy as np
 
 from ppg_env.errors import InputError, placed, require
 from ppg_env.game.polytope import Polytope
+from ppg_env.support.validation import is_whole
 
 Controls = Polytope | tuple[tuple[int, Polytope], ...]
 """A polytope, or pairs (first step, polytope) in increasing order of steps, the first from 0."""
@@ -73,7 +74,7 @@ def _checked_piece(k: int, piece: Any) -> tuple[int, Polytope]:
                 "write a pair such as (5, Polytope.box([10.0, 10.0]))",
             )
         first, admissible = piece
-        whole = isinstance(first, (int, np.integer)) and not isinstance(first, bool)
+        whole = is_whole(first)
         require(whole, "", f"holds from step {first!r:.40}", "count steps in whole numbers from 0")
         return int(first), admissible
 

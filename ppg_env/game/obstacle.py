@@ -10,7 +10,7 @@ import numpy as np
 from ppg_env.errors import require
 from ppg_env.game.polytope import Polytope, require_volume
 from ppg_env.support.frozen import Record
-from ppg_env.support.validation import covariance, finite_array
+from ppg_env.support.validation import covariance, finite_array, is_whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Obstacle(Record):
             "is given for an obstacle without a path",
             "add a path, or remove the noise",
         )
-        whole = isinstance(self.until, (int, np.integer)) and not isinstance(self.until, bool)
+        whole = is_whole(self.until)
         require(
             self.until is None or (whole and self.until >= 1),
             "until",

@@ -23,7 +23,7 @@ from ppg_env.errors import InputError, require
 from ppg_env.game.flat_sets import Frame, frame_of_points
 from ppg_env.game.hulls import corners_of_halfspaces, corners_of_points, faces_of, in_order
 from ppg_env.support.frozen import Record, frozen_array
-from ppg_env.support.validation import finite_array, require_size, shape_text
+from ppg_env.support.validation import finite_array, is_whole, require_size, shape_text
 
 MOST_SIDES, MOST_AXES = 360, 10
 """Most sides of a regular polygon, and most dimensions of a polytope: a body with more faces is too
@@ -269,7 +269,7 @@ def _check_dim(dim: int) -> None:
 
 
 def _check_whole(value: Any, least: int, most: int, what: str) -> None:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    whole = is_whole(value)
     require(
         whole and least <= value <= most,
         "",

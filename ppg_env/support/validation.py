@@ -34,6 +34,11 @@ def finite_number(value: Any, place: str, remedy: str) -> float:
     return number
 
 
+def is_whole(value: Any) -> bool:
+    """Return whether ``value`` is a whole number; truth values are none."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def numbers(values: Any) -> np.ndarray:
     """Return ``values`` as a read-only float64 array.
 
