@@ -192,7 +192,7 @@ class GameTorchRLEnv(EnvBase):
     def _resting(self, still: np.ndarray) -> Iterator[None]:
         """Keep the copies that are ``still`` (C,) as they are."""
         simulator = self.simulator
-        changed = (
+        changed: tuple[np.ndarray, ...] = (
             simulator.bodies, simulator.status, simulator.parked, simulator.alive, simulator.clock,
             simulator.last.observation,
         )  # fmt: skip

@@ -60,6 +60,7 @@ class _Conversion:
         if isinstance(result, Solution):
             return self._solution(result)
         if is_dataclass(result) and hasattr(result, "solution"):
+            # The type checker cannot know that a result with a solution is an instance, no class.
             return replace(result, solution=self.back(result.solution))  # type: ignore[type-var]
         return result
 

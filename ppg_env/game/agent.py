@@ -66,11 +66,11 @@ class Agent(Record):
     control: Controls
     lam: float = 0.5
     # __post_init__ replaces numbers and None by matrices.
-    gain: np.ndarray = 0.0  # type: ignore[assignment]
-    noise: np.ndarray = 1.9  # type: ignore[assignment]
-    A: np.ndarray = None  # type: ignore[assignment]
-    B: np.ndarray = None  # type: ignore[assignment]
-    sigma0: np.ndarray = 0.0  # type: ignore[assignment]
+    gain: np.ndarray = 0.0  # type: ignore[assignment]  # __post_init__ makes a matrix
+    noise: np.ndarray = 1.9  # type: ignore[assignment]  # __post_init__ makes a matrix
+    A: np.ndarray = None  # type: ignore[assignment]  # __post_init__ makes a matrix
+    B: np.ndarray = None  # type: ignore[assignment]  # __post_init__ makes a matrix
+    sigma0: np.ndarray = 0.0  # type: ignore[assignment]  # __post_init__ makes a matrix
     within: tuple[HalfSpaces, ...] = ()
     reserve: float = 0.0
     effort: float = 0.0

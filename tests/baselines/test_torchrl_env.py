@@ -16,10 +16,10 @@ torch = pytest.importorskip("torch")
 collectors = pytest.importorskip("torchrl.collectors", reason="needs the extra torchrl")
 
 from tensordict.nn import TensorDictModule  # noqa: E402 - only where TorchRL is installed
-from torchrl.envs import RewardSum, SerialEnv, StepCounter, TransformedEnv  # noqa: E402
-from torchrl.envs.utils import MarlGroupMapType, check_env_specs  # noqa: E402
+from torchrl.envs import RewardSum, SerialEnv, StepCounter, TransformedEnv  # noqa: E402  # likewise
+from torchrl.envs.utils import MarlGroupMapType, check_env_specs  # noqa: E402  # likewise
 
-from baselines import GameTorchRLEnv  # noqa: E402
+from baselines import GameTorchRLEnv  # noqa: E402  # likewise
 
 pytestmark = pytest.mark.filterwarnings("default")  # those of TorchRL and tensordict
 

@@ -129,7 +129,7 @@ def test_numbers_of_the_linear_program_that_are_not_finite_are_a_failure(monkeyp
 
         random = np.random.default_rng(0)
 
-        def getSolution(self):  # noqa: N802
+        def getSolution(self):  # noqa: N802  # highspy's name
             solution = super().getSolution()
             if self.random.random() >= share:
                 return solution

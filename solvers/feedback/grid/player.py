@@ -170,6 +170,7 @@ class FeedbackPlayer:
         policy, other = self.policy, 1 - self.agent
         mover = policy.model.game.agents[other]
         times = np.full(len(states), clock, dtype=np.int64)
+        # Only solutions with a partner, which are responses, come here.
         actions = policy.partner.act(self._observer.view(states, times))  # type: ignore[union-attr]
         if policy.model.rules.saturation == "clip":
             actions = project(actions, set_at(mover.control, clock))

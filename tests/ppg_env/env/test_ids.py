@@ -104,4 +104,4 @@ if __name__ == "__main__":
     content = {pettingzoo_id(name): record(name) for name in NAMES}
     lines = [f"{json.dumps(key)}: {json.dumps(content[key])}" for key in content]
     STORED.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-    print(f"stored {len(content)} trajectories of version {VERSION}")  # noqa: T201
+    print(f"stored {len(content)} trajectories of version {VERSION}")  # noqa: T201  # a command's output
