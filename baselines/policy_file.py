@@ -9,7 +9,6 @@ A file holds the runs of one training, one run per seed, each a team of policies
 from __future__ import annotations
 
 import io
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,12 +22,16 @@ from ppg_env.formats.game_file import game_from_tables
 from ppg_env.formats.plan_file import to_json
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
-from ppg_env.support.archives import readable_archive
+from ppg_env.support.archives import about_json, opened_archive
 from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import MIB
 
 FORMAT = "path-planning-games/learned"
 VERSION = 1
 REMEDY = "give a file that ppg train wrote"
+
+LARGEST = 256 * MIB
+"""Bytes of all networks of a file."""
 
 PHYSICS = ("start", "goal", "shape", "control", "noise", "A", "B", "sigma0")
 """Fields of an agent that a policy depends on; gains are the planners', lam may be an input."""
@@ -123,8 +126,8 @@ def read_learned(path: str | Path) -> Learned:
         If the file is missing, was not written by :func:`write_learned`, or is damaged.
     """
     source = str(path)
-    with readable_archive(source, REMEDY):
-        learned = _read(source, Path(path).read_bytes())
+    with opened_archive(path, REMEDY, LARGEST) as arrays:
+        learned = _read(source, arrays)
     about, runs = learned.about, learned.runs
     lam = about.get("lam")
     complete = (
@@ -138,23 +141,22 @@ def read_learned(path: str | Path) -> Learned:
     return learned
 
 
-def _read(source: str, content: bytes) -> Learned:
-    """Return the players in the ``content`` of a file; errors of all kinds pass through."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-        about = json.loads(str(arrays["about"]))
-        known = isinstance(about, dict) and about.get("format") == FORMAT
-        require(known, source, "is not a file of learned players", REMEDY)
-        require(
-            about.get("version") == VERSION,
-            source,
-            f"has version {about.get('version')!r}",
-            f"train again with this release, which reads version {VERSION}",
+def _read(source: str, arrays: Any) -> Learned:
+    """Return the players in an archive; errors of all kinds pass through."""
+    about = about_json(arrays)
+    known = isinstance(about, dict) and about.get("format") == FORMAT
+    require(known, source, "is not a file of learned players", REMEDY)
+    require(
+        about.get("version") == VERSION,
+        source,
+        f"has version {about.get('version')!r:.40}",
+        f"train again with this release, which reads version {VERSION}",
+    )
+    with placed(source, ": "):
+        runs = tuple(
+            tuple(_policy(arrays, r, i, layers) for i, layers in enumerate(team))
+            for r, team in enumerate(about.pop("runs"))
         )
-        with placed(source, ": "):
-            runs = tuple(
-                tuple(_policy(arrays, r, i, layers) for i, layers in enumerate(team))
-                for r, team in enumerate(about.pop("runs"))
-            )
     return Learned(runs, about)
 
 

@@ -17,6 +17,7 @@ import typer
 
 from benchmarks.commands import VERBS
 from ppg_env.errors import InputError
+from ppg_env.support.names import printable
 
 BAD_INPUT = 2
 
@@ -63,7 +64,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         app(args=arguments)
     except InputError as error:
-        print(f"ppg: {error}", file=sys.stderr)
+        print(f"ppg: {printable(str(error))}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None
     except BrokenPipeError:  # the reader of a pipe, such as head, has closed it
         sys.stderr.close()

@@ -12,14 +12,19 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import wraps
-from typing import Annotated, Any, get_type_hints
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
 from ppg_env.errors import InputError
+from ppg_env.support.names import LONGEST_NAME, printable
 from solvers.planner_options import DEFAULTS, PlannerOptions
+
+if TYPE_CHECKING:
+    from ppg_env.game.game import Game
 
 Command = Callable[..., None]
 
@@ -150,6 +155,17 @@ _PLANNER_OPTIONS: dict[str, Any] = {
         ),
     ],
 }
+
+
+def named_game(call: str, overrides: dict[str, Any]) -> Game:
+    """Return the game of a ``GameArgument``; a file's game without a name has that of its file."""
+    from ppg_env.scenarios.make import make_game
+
+    game = make_game(call, **overrides)
+    if game.name is not None:
+        return game
+    name = printable(Path(call).stem).strip()[:LONGEST_NAME]
+    return replace(game, name=name or None)
 
 
 def with_game_options(command: Command) -> Command:

@@ -51,9 +51,10 @@ def print_table(
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(
-        title=title,
+        title=Text(title),
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
@@ -62,13 +63,13 @@ def print_table(
     widest = min(max([len(columns[0]), *(len(row[0]) for row in rows)]), NAME_WIDTH)
     for k, column in enumerate(columns):
         table.add_column(
-            column,
+            Text(column),
             justify="left" if k < texts else "right",
             overflow="fold",
             min_width=None if k else widest,
         )
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(Text(cell) for cell in row))  # names are text, never markup
     console = Console()
     if not console.is_terminal:  # a pipe has no width of its own
         console = Console(width=PIPE_WIDTH)

@@ -192,6 +192,11 @@ def closest_approach(game: Game, profile: Profile) -> int | None:
     return int(np.unravel_index(margins.argmin(), margins.shape)[1])
 
 
+def as_drawn(text: str) -> str:
+    """Return ``text`` such that figures show it as it is: a dollar sign begins no formula."""
+    return text.replace("$", r"\$")
+
+
 def plane(points: np.ndarray) -> tuple[Any, Any]:
     """Return the first two coordinates; agents on a line are drawn on the x axis."""
     return (points[0], points[1]) if len(points) > 1 else (points[0], np.zeros_like(points[0]))

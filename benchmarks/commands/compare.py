@@ -13,6 +13,7 @@ from benchmarks.options import (
     JsonOption,
     ToleranceOption,
     WorkersOption,
+    named_game,
     with_game_options,
     with_group,
     with_planner_options,
@@ -60,7 +61,6 @@ def compare(
     from benchmarks.comparison.table import print_results
     from benchmarks.output_paths import target
     from ppg_env.errors import require
-    from ppg_env.scenarios.make import make_game
 
     check_arena(comparison.arena)
     names, arena = chosen_players(comparison.players, comparison.arena)
@@ -68,7 +68,7 @@ def compare(
     tolerance, episodes = comparison.tolerance, comparison.episodes
     unused = tolerance is not None and arena != "env"
     require(not unused, "--tolerance", "has no effect on schedule", "add --arena env")
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     wanted = out is not None or not as_json
     picture = target(f"compare-{game_name(instance)}", ".png", out) if wanted else None
     with working(f"comparing in {game}") as status:

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
+from benchmarks.options import (
+    GameArgument,
+    JsonOption,
+    named_game,
+    with_game_options,
+    with_planner_options,
+)
 from benchmarks.terminal import bar, no_solution, outward, print_json, print_note, print_table
 from solvers.planner_options import PlannerOptions
 
@@ -54,10 +60,9 @@ def equilibria(
     overrides: dict[str, Any],
 ) -> None:
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
-    from ppg_env.scenarios.make import make_game
     from solvers.equilibrium.enumeration import collect_equilibria
 
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     with bar(f"equilibria of {game}", runs) as advance:
         kinds = collect_equilibria(
             instance,

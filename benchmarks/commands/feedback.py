@@ -13,6 +13,7 @@ from benchmarks.options import (
     GameArgument,
     JsonOption,
     SeedOption,
+    named_game,
     with_game_options,
     with_group,
 )
@@ -76,12 +77,11 @@ def feedback(
     from benchmarks.output_paths import own_folder
     from ppg_env.env.episodes import evaluate
     from ppg_env.errors import require
-    from ppg_env.scenarios.make import make_game
     from solvers.feedback.bounds.lower_bound import social_lower_bound
     from solvers.feedback.grid.policy_file import write_feedback
 
     require(grid.kind in KINDS, "--kind", f"is {grid.kind!r}", "write " + " or ".join(KINDS))
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     if out is not None:
         own_folder(out)
     solution = _solve(instance, grid)

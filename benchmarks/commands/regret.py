@@ -10,6 +10,7 @@ from benchmarks.options import (
     GameArgument,
     JsonOption,
     ToleranceOption,
+    named_game,
     with_game_options,
     with_planner_options,
 )
@@ -56,10 +57,9 @@ def regret(
     from baselines.regret import regret_bounds
     from benchmarks.comparison.players import chosen_player
     from ppg_env.env.rules import Rules
-    from ppg_env.scenarios.make import make_game
 
     name, _ = chosen_player(player)
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     names = usual_deviations(instance) if deviation is None else tuple(deviation.split(","))
     for each in names:
         check_deviation(each, "--deviation")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from benchmarks.options import JsonOption, SeedOption, with_game_options
+from benchmarks.options import JsonOption, SeedOption, named_game, with_game_options
 from benchmarks.terminal import print_json, print_note
 
 
@@ -34,7 +34,6 @@ def render(
     from benchmarks.sweeps.grid import whole_numbers
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
-    from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target
 
     check_target(out, ".png")
@@ -47,7 +46,7 @@ def render(
         )
         game, profile, _ = read_plan(target)
     else:
-        game, profile = make_game(target, **overrides), None
+        game, profile = named_game(target, overrides), None
     if times is None:
         profile_picture(game, profile, out)
     else:

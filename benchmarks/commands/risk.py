@@ -11,6 +11,7 @@ import typer
 from benchmarks.options import (
     JsonOption,
     WorkersOption,
+    named_game,
     with_game_options,
     with_group,
     with_planner_options,
@@ -140,7 +141,6 @@ def _query(
     from benchmarks.comparison.players import REPLANNING, chosen_player, entrant, refuse_unused
     from benchmarks.crash_risk.query import RiskQuery
     from ppg_env.formats.plan_file import read_plan
-    from ppg_env.scenarios.make import make_game
 
     if subject.endswith(".json"):
         _refuse_options_of_games(request, planner, overrides)
@@ -148,7 +148,7 @@ def _query(
         return RiskQuery(game, profile, None, planner, request.arena or "schedule")
     name, arena = chosen_player("nash" if request.player is None else request.player, request.arena)
     refuse_unused(planner, [name])
-    instance = make_game(subject, **overrides)
+    instance = named_game(subject, overrides)
     player = entrant(name, instance, planner)
     if player.solution is None:
         return RiskQuery(instance, None, player, planner, arena)

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, with_game_options, with_planner_options
+from benchmarks.options import (
+    GameArgument,
+    JsonOption,
+    named_game,
+    with_game_options,
+    with_planner_options,
+)
 from benchmarks.terminal import (
     NO_SOLUTION,
     no_solution,
@@ -51,11 +57,10 @@ def solve(
     """Solve a game for a Nash equilibrium, the social optimum, or one agent's best response."""
     from benchmarks.comparison.report import solution_report
     from ppg_env.formats.plan_file import write_plan
-    from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target
 
     _check(solution, planner)
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     if out is not None:
         check_target(out, ".json")
     with working(f"{solution} of {game}") as status:

@@ -16,6 +16,7 @@ from benchmarks.options import (
     JsonOption,
     SeedOption,
     ToleranceOption,
+    named_game,
     with_game_options,
     with_group,
 )
@@ -85,10 +86,9 @@ def train(
     from baselines.train import check_warm_start, player_name
     from benchmarks.output_paths import target
     from ppg_env.game.between_steps import overlap_times
-    from ppg_env.scenarios.make import make_game
 
     lam = _check(training)
-    instance = make_game(game, **overrides)
+    instance = named_game(game, overrides)
     check_warm_start(
         training.warm_start, training.method, instance, training.tolerance, "--warm-start"
     )

@@ -16,7 +16,14 @@ from benchmarks.figures import new_figure, write_figure
 from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from ppg_env.plotting import COLOURS, closest_approach, draw_game, draw_paths, draw_profile
+from ppg_env.plotting import (
+    COLOURS,
+    as_drawn,
+    closest_approach,
+    draw_game,
+    draw_paths,
+    draw_profile,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,10 +53,10 @@ def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
     axes = figure.subplots()
     if profile is None:
         draw_game(axes, game)
-        axes.set_title(game_name(game))
+        axes.set_title(as_drawn(game_name(game)))
     else:
         draw_profile(axes, game, profile)
-        axes.set_title(f"{game_name(game)}{_closest(game, profile)}", fontsize=10)
+        axes.set_title(f"{as_drawn(game_name(game))}{_closest(game, profile)}", fontsize=10)
     figure.supxlabel(LEGEND, fontsize=7)
     write_figure(figure, path)
 
@@ -76,7 +83,9 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
     bottom = grid[1].subgridspec(1, 2)
     _arrivals(figure.add_subplot(bottom[0]), game, played)
     _crashes(figure.add_subplot(bottom[1]), game, played)
-    figure.suptitle(f"{game_name(game)}: objective {game.objective}, {_lams(game)}", fontsize=11)
+    figure.suptitle(
+        f"{as_drawn(game_name(game))}: objective {game.objective}, {_lams(game)}", fontsize=11
+    )
     in_environment = any(row.played and row.played.paths is not None for row in played)
     figure.supxlabel(PATHS_LEGEND if in_environment else LEGEND, fontsize=7)
     write_figure(figure, path)
@@ -100,7 +109,9 @@ def _arrivals(axes: Axes, game: Game, rows: Sequence[PlayerResult]) -> None:
         places = np.arange(len(rows)) + (i - (count - 1) / 2) * 0.8 / count
         times = np.array([row.played.arrival[i] for row in rows if row.played])
         heights = np.where(np.isfinite(times), times, 0.0)  # no arrival: no bar
-        axes.bar(places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=name)
+        axes.bar(
+            places, heights, 0.8 / count, color=COLOURS[i % len(COLOURS)], label=as_drawn(name)
+        )
     axes.set_xticks(range(len(rows)), _ticks(rows), fontsize=9 if len(rows) <= PANELS else 7)
     axes.set_ylabel("arrival (steps)")
     if 1 < count <= LEGEND_AGENTS:

@@ -17,7 +17,7 @@ from ppg_env.game.between_steps import overlaps_between_steps
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Plan, Profile
 from ppg_env.game.workspace import workspace_limits, workspace_rows
-from ppg_env.plotting import COLOURS, mark_overlaps, outline, overlap_label, plane
+from ppg_env.plotting import COLOURS, as_drawn, mark_overlaps, outline, overlap_label, plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: 
         during = [overlap for overlap in overlaps if overlap.step + 1 == time]
         if during:
             mark_overlaps(axes, game, profile, during)
-    figure.suptitle(game_name(game), fontsize=10)
+    figure.suptitle(as_drawn(game_name(game)), fontsize=10)
     note = "\n" + overlap_label(overlaps).replace("\n", " ") if overlaps else ""
     figure.supxlabel(LEGEND + note, fontsize=7)
     write_figure(figure, path)

@@ -14,6 +14,7 @@ from ppg_env.errors import InputError
 from ppg_env.formats.plan_file import to_json
 from ppg_env.game.between_steps import OVERLAP_TIMES
 from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import read_text
 
 FORMAT = "path-planning-games/results"
 
@@ -84,15 +85,16 @@ def read_rows(path: Path, study: str) -> list[StudyRow]:
     """Return the rows in ``path``; none if there is no such file."""
     if not path.exists():
         return []
+    text = read_text(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(text)
         valid = content["format"] == FORMAT and content["study"] == study
         rows = content["rows"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             str(path), f"cannot be read ({type(error).__name__})", "name another file"
         ) from None
-    if not valid or not isinstance(rows, list):
+    if not valid or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(
             str(path), f"does not hold results of the study {study!r}", "name another file"
         )
@@ -151,7 +153,7 @@ def digested(
     Digests are read from ``path``, or computed from rows in ``store`` or from a run.  Cells
     without a result are run again; their digest is their ``reason``.
     """
-    stored = {row["address"]: row for row in read_rows(path, study)}
+    stored = {str(row.get("address")): row for row in read_rows(path, study)}
     wanted = {cell.address: cell for cell in cells}
     lacking = [
         cell

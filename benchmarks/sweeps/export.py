@@ -18,6 +18,7 @@ from ppg_env.errors import InputError, require
 from ppg_env.support.atomic_write import write_atomically
 
 SUFFIXES = (".csv", ".parquet")
+FORMULA = ("=", "+", "-", "@")
 
 
 def check_export(path: str | Path) -> None:
@@ -46,7 +47,9 @@ def _csv(rows: Sequence[Row]) -> bytes:
 
 
 def _text(value: Any) -> Any:
-    return json.dumps(value) if isinstance(value, (list, dict)) else value
+    text = json.dumps(value) if isinstance(value, (list, dict)) else value
+    # A spreadsheet would run text that begins as a formula does.
+    return "'" + text if isinstance(text, str) and text.startswith(FORMULA) else text
 
 
 def _parquet(rows: Sequence[Row]) -> bytes:

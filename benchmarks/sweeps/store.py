@@ -8,27 +8,30 @@ one store each, and merge them.  On file systems without shared memory SQLite ke
 journal, which is as safe and slower.
 
 Numbers and words have columns of their own; lists and tables are JSON, which SQLite's
-``json_each`` and ``json_extract`` read; the game and the plans are JSON compressed by zlib.
+``json_each`` and ``json_extract`` read; the game and the plans are JSON compressed by zlib.  Each
+row has a digest of its entries: a row that a disk or a program has damaged counts as missing.
 """
 
 from __future__ import annotations
 
 import json
 import sqlite3
+import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from benchmarks.sweeps.row import COLUMNS, PACKED, Row
+from benchmarks.sweeps.row_digest import row_digest
 from ppg_env.errors import InputError, require
 
 APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
 
-VERSION = 5
+VERSION = 6
 """Version of the table; raise it when a column is added or removed."""
 
 PATIENCE = 30.0
@@ -38,15 +41,15 @@ PLAIN = {"str": "TEXT", "int": "INTEGER", "float": "REAL"}
 TYPES = {
     name: PLAIN.get(kind, "BLOB" if kind in PACKED else "TEXT") for name, kind in COLUMNS.items()
 }
-TABLE = ", ".join(f'"{name}" {kind}' for name, kind in TYPES.items())
-NAMES = ", ".join(f'"{name}"' for name in COLUMNS)
+TABLE = ", ".join(f'"{name}" {kind}' for name, kind in (TYPES | {"digest": "BLOB"}).items())
+NAMES = ", ".join(f'"{name}"' for name in (*COLUMNS, "digest"))
+MARKS = ", ".join("?" * (len(COLUMNS) + 1))
 
-INSERT = f"""
-INSERT INTO rows ({NAMES}) {{source}}
-ON CONFLICT (address) DO UPDATE SET {", ".join(f'"{name}" = excluded."{name}"' for name in COLUMNS)}
-"""
-BETTER = "WHERE rows.reason IS NOT NULL AND excluded.reason IS NULL"
-"""When a merged row replaces a stored one."""
+REASON = list(COLUMNS).index("reason")
+
+
+class DamagedRowWarning(UserWarning):
+    """Rows of a store that are not as they were written."""
 
 
 class Store:
@@ -61,8 +64,11 @@ class Store:
         with self._readable_errors():
             wait = PATIENCE if patience is None else patience
             self._base = sqlite3.connect(path, timeout=wait, isolation_level=None)
+            # Damaged text must not end the reading of the rows after it.
+            self._base.text_factory = lambda text: text.decode("utf-8", "surrogateescape")
             try:
                 self._open()
+                self._file = self._identity()
             except BaseException:
                 self._base.close()
                 raise
@@ -79,6 +85,9 @@ class Store:
             str(self.path),
             f"has version {version}, and this release reads version {VERSION}",
             "name a new file, and export the old one with the release that wrote it",
+        )
+        require(
+            not tables or self._complete(), str(self.path), "lacks columns", "name another file"
         )
         self._base.execute("PRAGMA journal_mode = WAL")
         self._base.execute("PRAGMA synchronous = NORMAL")
@@ -105,31 +114,49 @@ class Store:
         """Close the file, which takes in its log."""
         self._base.close()
 
+    def _complete(self) -> bool:
+        columns = {name for _, name, *_ in self._base.execute("PRAGMA table_info(rows)")}
+        return columns == {*COLUMNS, "digest"}
+
+    def _identity(self) -> tuple[int, int] | None:
+        try:
+            state = self.path.stat()
+        except OSError:
+            return None
+        return state.st_dev, state.st_ino
+
     def get(self, address: str) -> Row | None:
-        """Return the row at ``address``, or None."""
-        rows = list(self._select(f"SELECT {NAMES} FROM rows WHERE address = ?", address))
-        return rows[0] if rows else None
+        """Return the row at ``address``; None if there is none, or a damaged one."""
+        rows = list(self._select("WHERE address = ?", address))
+        return _row(rows[0]) if rows else None
 
     def put(self, row: Row) -> None:
         """Store ``row``, replacing any with its address; it is committed on return."""
-        values = [_packed(kind, getattr(row, name)) for name, kind in COLUMNS.items()]
-        marks = ", ".join("?" * len(values))
+        require(
+            self._identity() == self._file,
+            str(self.path),
+            "was removed or replaced while it was in use",
+            "run the same command again, and leave the file where it is",
+        )
+        entries = [_packed(kind, getattr(row, name)) for name, kind in COLUMNS.items()]
+        self._insert(entries)
+
+    def _insert(self, entries: Sequence[Any]) -> None:
         with self._readable_errors():
-            self._base.execute(INSERT.format(source=f"VALUES ({marks})"), values)
+            self._base.execute(
+                f"INSERT OR REPLACE INTO rows ({NAMES}) VALUES ({MARKS})",
+                [*entries, row_digest(entries)],
+            )
 
     def addresses(self, *, failed: bool = True) -> set[str]:
-        """Return all addresses, or only those of rows with a result."""
-        which = "" if failed else " WHERE reason IS NULL"
-        with self._readable_errors():
-            return {
-                address for (address,) in self._base.execute(f"SELECT address FROM rows{which}")
-            }
+        """Return all addresses, or only those of rows with a result; damaged rows have none."""
+        return {entries[0] for entries in self._select("") if failed or entries[REASON] is None}
 
     def rows(self) -> list[Row]:
         """Return all rows, by scenario, player and lam, and then by address."""
-        return list(
-            self._select(f"SELECT {NAMES} FROM rows ORDER BY scenario, player, lam, address")
-        )
+        return [
+            _row(entries) for entries in self._select("ORDER BY scenario, player, lam, address")
+        ]
 
     def merge(self, other: str | Path) -> int:
         """Copy rows of the store ``other`` that are missing here, or failed here and not there.
@@ -137,18 +164,27 @@ class Store:
         Returns their number.
         """
         require(Path(other).is_file(), str(other), "does not exist", "check the path")
-        with Store(other):  # refuse other files
-            pass
+        stored, complete = self.addresses(), self.addresses(failed=False)
+        copied = 0
+        with Store(other) as source, self._transaction():
+            for entries in source._select(""):
+                known = complete if entries[REASON] is None else stored
+                if entries[0] not in known:
+                    self._insert(entries)
+                    copied += 1
+        return copied
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
         with self._readable_errors():
-            before = self._base.total_changes
-            self._base.execute("ATTACH ? AS other", (str(other),))
-            try:
-                # SQLite requires a WHERE between SELECT and ON CONFLICT.
-                source = f"SELECT {NAMES} FROM other.rows WHERE true"
-                self._base.execute(INSERT.format(source=source) + BETTER)
-            finally:
-                self._base.execute("DETACH other")
-            return self._base.total_changes - before
+            self._base.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            self._base.execute("ROLLBACK")
+            raise
+        with self._readable_errors():
+            self._base.execute("COMMIT")
 
     def export(self, path: str | Path) -> Path:
         """Write all rows to a .csv or .parquet file."""
@@ -156,11 +192,24 @@ class Store:
 
         return export_rows(self.rows(), path)
 
-    def _select(self, query: str, *values: Any) -> Iterator[Row]:
+    def _select(self, clause: str, *values: Any) -> Iterator[tuple[Any, ...]]:
+        """Yield the entries of each row, without its digest; damaged rows are left out."""
+        damaged = 0
         with self._readable_errors():
-            for entries in self._base.execute(query, values):
-                pairs = zip(COLUMNS.items(), entries, strict=True)
-                yield Row(**{name: _unpacked(kind, value) for (name, kind), value in pairs})
+            for *entries, digest in self._base.execute(
+                f"SELECT {NAMES} FROM rows {clause}", values
+            ):
+                if digest == row_digest(entries):
+                    yield tuple(entries)
+                else:
+                    damaged += 1
+        if damaged:
+            warnings.warn(
+                f"{self.path}: {damaged} damaged rows count as missing; the same sweep runs them "
+                "again.",
+                DamagedRowWarning,
+                stacklevel=3,
+            )
 
     @contextmanager
     def _readable_errors(self) -> Iterator[None]:
@@ -191,10 +240,17 @@ def _problem_and_remedy(error: sqlite3.DatabaseError) -> tuple[str, str]:
 
 
 def _packed(kind: str, value: Any) -> Any:
+    if kind == "float" and value is not None:
+        return float(value) + 0.0  # as SQLite returns it, without -0.0
     if kind in PLAIN or value is None:
         return value
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return zlib.compress(text.encode()) if kind in PACKED else text
+
+
+def _row(entries: Sequence[Any]) -> Row:
+    pairs = zip(COLUMNS.items(), entries, strict=True)
+    return Row(**{name: _unpacked(kind, value) for (name, kind), value in pairs})
 
 
 def _unpacked(kind: str, value: Any) -> Any:

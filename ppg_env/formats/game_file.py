@@ -6,6 +6,7 @@ remedy.  Plan files contain the same tables as plain dictionaries.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
@@ -27,6 +28,10 @@ from ppg_env.formats.polytope_tables import (
 )
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
+from ppg_env.support.read_file import MIB, read_text
+
+LARGEST_FILE = 16 * MIB
+MOST_DOTS = 40
 
 GAME_KEYS = (
     "horizon",
@@ -60,14 +65,10 @@ def read_tables(path: str | Path) -> dict[str, Any]:
     InputError
         If the file is missing or is not TOML.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(str(path), "does not exist", "check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            str(path), f"cannot be read ({error})", "give a text file in UTF-8"
-        ) from None
+    text = read_text(path, LARGEST_FILE)
+    # The parser's time and memory grow with the square of the length of a dotted key.
+    dots = max(part.count(".") for part in re.split(r"[=,{}\[\]\n]", text))
+    require(dots <= MOST_DOTS, str(path), f"has a key of {dots} dots", "write keys of a game file")
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # tomllib's own error is a ValueError

@@ -19,6 +19,7 @@ from ppg_env.formats.game_file import game_from_tables, game_to_tables
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile, make_profile
 from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import read_text
 
 FORMAT = "path-planning-games/plan"
 VERSION = 1
@@ -45,11 +46,10 @@ def read_plan(path: str | Path) -> tuple[Game, Profile, dict[str, Any]]:
         If the file is missing, is not a plan file, or its game or controls are not valid.
     """
     source = str(path)
+    text = read_text(path)
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(source, "does not exist", "check the path") from None
-    except (OSError, ValueError, RecursionError) as error:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(
             source, f"cannot be read as JSON ({error})", "give a file that ppg solve --out wrote"
         ) from None
@@ -58,7 +58,7 @@ def read_plan(path: str | Path) -> tuple[Game, Profile, dict[str, Any]]:
     require(
         content.get("version") == VERSION,
         source,
-        f"has version {content.get('version')!r}",
+        f"has version {content.get('version')!r:.40}",
         f"write it again with this release, which reads version {VERSION}",
     )
     for key, kind in (("game", dict), ("controls", list)):

@@ -16,6 +16,7 @@ from ppg_env.game.input_sets import Controls, checked_controls, pieces, set_at
 from ppg_env.game.polytope import Polytope, require_volume
 from ppg_env.game.units import unit_of_control, unit_of_size, units_of_state
 from ppg_env.support.frozen import Record
+from ppg_env.support.names import require_name
 from ppg_env.support.validation import (
     covariance,
     finite_array,
@@ -95,12 +96,8 @@ class Agent(Record):
             value = finite_number(getattr(self, key), key, "write a number such as 2.0")
             require(value >= 0, key, f"is {value:g}", "write a number that is not negative")
             self._put(key, value)
-        require(
-            self.name is None or (isinstance(self.name, str) and bool(self.name.strip())),
-            "name",
-            "is not a text",
-            "write a short name in quotes",
-        )
+        if self.name is not None:
+            require_name(self.name, "name")
         self._warn_of_growing_errors()
 
     def _put(self, name: str, value: Any) -> None:

@@ -29,6 +29,7 @@ from ppg_env.game.input_sets import LONGEST_HORIZON
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.frozen import Record
+from ppg_env.support.names import require_name
 from ppg_env.support.validation import finite_number, is_whole
 
 OBJECTIVES = ("margin", "risk")
@@ -102,12 +103,8 @@ class Game(Record):
             f"write a number from 0 to {tol.HEAVIEST:g}",
         )
         self._put("crash_cost", cost)
-        require(
-            self.name is None or isinstance(self.name, str),
-            "name",
-            "is not a text",
-            "write it in quotes",
-        )
+        if self.name is not None:
+            require_name(self.name, "name")
         self._check_dimensions()
         self._check_names()
         check_agents(self.agents, self.horizon)

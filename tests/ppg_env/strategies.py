@@ -15,7 +15,9 @@ from ppg_env.game.hulls import corners_of_points
 from ppg_env.game.obstacle import Obstacle
 
 LENGTHS = st.floats(0.5, 20.0)
-NAMES = st.none() | st.text(min_size=1, max_size=8).filter(lambda text: text.strip())
+NAMES = st.none() | st.text(min_size=1, max_size=8).filter(
+    lambda text: text.strip() and text.isprintable()
+)
 
 
 def points(dim: int, size: int = 8) -> st.SearchStrategy[list[list[int]]]:

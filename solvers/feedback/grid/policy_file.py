@@ -10,8 +10,6 @@ Grids, noise and collisions are computed again from the game when a file is read
 from __future__ import annotations
 
 import io
-import json
-import zipfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,8 +20,9 @@ from ppg_env.env.rules import make_rules
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_from_tables, game_to_tables
 from ppg_env.formats.plan_file import to_json
-from ppg_env.support.archives import readable_archive
+from ppg_env.support.archives import about_json, opened_archive
 from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import MIB
 from solvers.feedback.grid.backward import Stages
 from solvers.feedback.grid.feedback_solution import FeedbackSolution
 from solvers.feedback.grid.joint_model import make_joint_model
@@ -32,6 +31,9 @@ from solvers.feedback.grid.player import Policy
 FORMAT = "path-planning-games/feedback"
 VERSION = 1
 REMEDY = "give a file that write_feedback wrote"
+
+LARGEST = 4096 * MIB
+"""Bytes of all arrays of a file: stages of a fine grid."""
 
 FIGURES = ("kind", "agents", "value", "step", "stationary", "without_equilibrium", "memory")
 """Attributes of a solution that are written as they are."""
@@ -80,20 +82,16 @@ def read_feedback(path: str | Path) -> FeedbackSolution:
     InputError
         If the file is missing, was not written by :func:`write_feedback`, or is damaged.
     """
-    source = str(path)
-    with (
-        readable_archive(source, REMEDY),
-        np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as arrays,
-    ):
-        return _solution(source, json.loads(str(arrays["about"])), arrays)
+    with opened_archive(path, REMEDY, LARGEST) as arrays:
+        return _solution(str(path), about_json(arrays), arrays)
 
 
 def is_feedback(path: str | Path) -> bool:
     """Return whether a file says that it holds feedback policies; it may still be damaged."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with opened_archive(path, REMEDY, LARGEST) as arrays:
             return f'"{FORMAT}"' in str(arrays["about"])
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+    except InputError:
         return False
 
 
@@ -104,7 +102,7 @@ def _solution(source: str, about: Any, arrays: Any) -> FeedbackSolution:
     require(
         about.get("version") == VERSION,
         source,
-        f"has version {about.get('version')!r}",
+        f"has version {about.get('version')!r:.40}",
         f"solve again with this release, which reads version {VERSION}",
     )
     game = game_from_tables(about["game"], "game")

@@ -5,16 +5,19 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
+import warnings
 from collections import deque
 from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.sweeps import Row, Store
 from benchmarks.sweeps.row import COLUMNS
+from benchmarks.sweeps.store import DamagedRowWarning
 from ppg_env import InputError, make_game
 from ppg_env.formats.game_file import game_from_tables
 
@@ -68,7 +71,7 @@ def test_every_field_is_a_column(row, path):
         store.put(row)
     with sqlite3.connect(path) as base:
         found = [name for _, name, *_ in base.execute("PRAGMA table_info(rows)")]
-        assert found == [one.name for one in fields(Row)]
+        assert found == [*(one.name for one in fields(Row)), "digest"]
         (cost,) = base.execute("SELECT json_extract(shifted_cost, '$[1]') FROM rows").fetchone()
     assert cost == row.shifted_cost[1]
 
@@ -212,3 +215,72 @@ def test_parquet_has_everything_with_its_type(row, path, tmp_path):
 def test_other_tables_are_refused(path):
     with Store(path) as store, pytest.raises(InputError, match=r"\.csv or \.parquet"):
         store.export("rows.xlsx")
+
+
+def test_no_flipped_bit_changes_a_row(row, path):
+    rows = some(row, 5)
+    with Store(path) as store:
+        for one in rows:
+            store.put(one)
+    whole = path.read_bytes()
+    draws = np.random.default_rng(0)
+    read, refused = 0, 0
+    for _ in range(150):
+        damaged = bytearray(whole)
+        damaged[draws.integers(len(whole))] ^= 1 << draws.integers(8)
+        path.write_bytes(damaged)
+        try:
+            with warnings.catch_warnings(), Store(path) as store:
+                warnings.simplefilter("ignore", DamagedRowWarning)
+                found = store.rows()
+                assert store.addresses() <= {one.address for one in found}
+                assert all(one in rows for one in found)
+                read += len(found) == len(rows) - 1
+                assert store.merge(path) == 0
+        except InputError:
+            refused += 1
+    assert read > 20  # only the damaged row is missing
+    assert refused < 100
+
+
+def test_a_damaged_row_is_missing_and_can_be_stored_again(row, path, tmp_path):
+    one, two = some(row, 2)
+    with Store(path) as store:
+        store.put(one)
+        store.put(two)
+    with sqlite3.connect(path) as base:
+        base.execute("UPDATE rows SET social_cost = 1.0 WHERE address = ?", (one.address,))
+    with Store(path) as store:
+        with pytest.warns(DamagedRowWarning, match="1 damaged rows count as missing"):
+            assert store.rows() == [two]
+        with pytest.warns(DamagedRowWarning):
+            assert store.get(one.address) is None
+        with Store(tmp_path / "whole.db") as other:
+            other.put(one)
+        with pytest.warns(DamagedRowWarning):
+            assert store.merge(tmp_path / "whole.db") == 1
+        assert store.rows() == [one, two]
+
+
+def test_a_store_removed_while_it_is_used_is_reported(row, path):
+    with Store(path) as store:
+        path.unlink()
+        with pytest.raises(InputError, match="was removed or replaced while it was in use"):
+            store.put(row)
+
+
+def test_a_store_without_a_column_is_refused(row, path):
+    with Store(path) as store:
+        store.put(row)
+    with sqlite3.connect(path) as base:
+        base.execute("ALTER TABLE rows DROP COLUMN bound")
+    with pytest.raises(InputError, match="lacks columns"):
+        Store(path)
+
+
+def test_text_of_a_formula_is_text_in_csv(row, path, tmp_path):
+    with Store(path) as store:
+        store.put(replace(row, scenario="=cmd()"))
+        store.export(tmp_path / "rows.csv")
+    with (tmp_path / "rows.csv").open(newline="") as stream:
+        assert next(csv.DictReader(stream))["scenario"] == "'=cmd()"

@@ -142,7 +142,7 @@ def test_a_double_integrator_with_four_states_and_two_inputs_survives_a_file() -
     for goal in ([9.0, 9.0], [9.0, 9.0, 0.0, 0.0]):
         agent = Agent(
             [0, 0, 1, 0], goal, Polytope.box([2, 2]), Polytope.l1(3.0), gain=np.full((2, 4), 0.25),
-            noise=np.diag([1, 1, 0.1, 0.1]), A=A, B=B, sigma0=0.01, name="zoë ✈ \"quoted\"\n",
+            noise=np.diag([1, 1, 0.1, 0.1]), A=A, B=B, sigma0=0.01, name="zoë ✈ \"quoted\"",
         )  # fmt: skip
         game = Game((agent,), name="double\\integrator")
         again = parse(game_to_toml(game))
