@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from time import perf_counter
 from typing import Any, NoReturn, Protocol
 
 import typer
 
+from ppg_env.support.names import printable
+
 NO_SOLUTION = 3
+LOG_SECONDS = 30.0
+"""Seconds between two lines of progress where stderr is no terminal."""
+
 PIPE_WIDTH = 124
 NAME_WIDTH = 14  # the first column is not folded below this
 
@@ -85,13 +91,42 @@ def print_note(text: str) -> None:
         typer.echo(text)
 
 
+class _Log:
+    """Progress for a log file: a line now and then, where no terminal shows a spinner or a bar."""
+
+    def __init__(self) -> None:
+        self._last = perf_counter()
+
+    def update(self, text: str) -> None:
+        """Print ``text`` if the last line is at least :data:`LOG_SECONDS` old."""
+        if perf_counter() - self._last >= LOG_SECONDS:
+            self._last = perf_counter()
+            typer.echo(f"ppg: {printable(text)}", err=True)
+
+
+class _Spinner:
+    def __init__(self, status: Any) -> None:
+        self._status = status
+
+    def update(self, text: str) -> None:
+        """Show ``text``, in which nothing is markup."""
+        from rich.text import Text
+
+        self._status.update(Text(printable(text)))
+
+
 @contextmanager
-def working(text: str) -> Iterator[Any]:
+def working(text: str) -> Iterator[_Log | _Spinner]:
     """Show a spinner on stderr; yields an object with ``update(text)``."""
     from rich.console import Console
+    from rich.text import Text
 
-    with Console(stderr=True).status(text) as status:
-        yield status
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Log()
+        return
+    with console.status(Text(printable(text))) as status:
+        yield _Spinner(status)
 
 
 @contextmanager
@@ -109,14 +144,19 @@ def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
         TimeRemainingColumn,
     )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    shown = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))
-    task, done = shown.add_task(text, total=total), 0
+    console, log = Console(stderr=True), _Log()
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
+    shown = Progress(*columns, TimeRemainingColumn(), console=console)
+    task, done, begun = shown.add_task(printable(text), total=total), 0, perf_counter()
 
     def advance(count: int) -> None:
         nonlocal done
-        shown.start()
         done = min(done + count, total)  # whole rollouts may overshoot
+        if not console.is_terminal:
+            seconds = perf_counter() - begun
+            log.update(f"{text}: {done} of {total} in {seconds:.0f} s")
+            return
+        shown.start()
         shown.update(task, completed=done)
 
     try:
