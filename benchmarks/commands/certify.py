@@ -10,11 +10,13 @@ from solvers.planner_options import PlannerOptions
 @with_planner_options("charge", "solver", "time_limit", "seed")
 def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption = False) -> None:
     """Prove how much each agent of a plan could still gain by changing alone."""
+    from benchmarks.comparison.claims import claims_note, different_claims
     from benchmarks.comparison.overlaps import between_steps_note, between_steps_report
     from ppg_env.formats.plan_file import read_plan
+    from ppg_env.game.evaluation import evaluate
     from solvers.equilibrium.certificate import certify as prove
 
-    game, profile, _ = read_plan(plan)
+    game, profile, stored = read_plan(plan)
     with working(f"best responses to {plan}"):
         proof = prove(
             game,
@@ -26,7 +28,9 @@ def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption 
     if as_json:
         names = ("regret", "epsilon", "cost", "bound")
         report = {name: getattr(proof, name) for name in names}
-        print_json(report | {"between_steps": between_steps_report(game, profile)})
+        claims = different_claims(stored, evaluate(game, profile))
+        between = between_steps_report(game, profile)
+        print_json(report | {"between_steps": between, "different_claims": claims})
         return
     rows = [
         (name, f"{cost:.6f}", f"{bound:.6f}", f"{regret:.2e}")
@@ -40,3 +44,4 @@ def certify(plan: PlanArgument, *, planner: PlannerOptions, as_json: JsonOption 
         rows,
     )
     print_note(between_steps_note(game, {"": profile}))
+    print_note(claims_note(stored, evaluate(game, profile)))

@@ -28,12 +28,14 @@ def render(
     overrides: dict[str, Any],
 ) -> None:
     """Draw a plan: paths, bodies at a few times, noise ellipses, arrivals."""
+    from benchmarks.comparison.claims import claims_note, different_claims
     from benchmarks.comparison.overlaps import between_steps_note, between_steps_report
     from benchmarks.comparison.pictures import profile_picture
     from benchmarks.comparison.snapshots import snapshots_picture
     from benchmarks.sweeps.grid import whole_numbers
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
+    from ppg_env.game.evaluation import evaluate
     from ppg_env.support.atomic_write import check_target
 
     check_target(out, ".png")
@@ -44,18 +46,29 @@ def render(
             "is for games",
             "leave it out, since a plan carries its game",
         )
-        game, profile, _ = read_plan(target)
+        game, profile, stored = read_plan(target)
     else:
-        game, profile = named_game(target, overrides), None
+        game, profile, stored = named_game(target, overrides), None, {}
     if times is None:
         profile_picture(game, profile, out)
     else:
         require(profile is not None, "--times", "is for plans", "draw a file of ppg solve --out")
         assert profile is not None
         snapshots_picture(game, profile, whole_numbers("--times", times), out)
+    if profile is None:
+        print_json({"picture": out}) if as_json else typer.echo(f"picture: {out}")
+        return
+    evaluation = evaluate(game, profile)
     if as_json:
-        report = {} if profile is None else {"between_steps": between_steps_report(game, profile)}
+        report = {
+            "complaints": list(evaluation.violations()),
+            "between_steps": between_steps_report(game, profile),
+            "different_claims": different_claims(stored, evaluation),
+        }
         print_json({"picture": out, **report})
-    else:
-        typer.echo(f"picture: {out}")
-        print_note(between_steps_note(game, {"": profile}))
+        return
+    typer.echo(f"picture: {out}")
+    for violation in evaluation.violations():
+        print_note(f"not possible: {violation}")
+    print_note(between_steps_note(game, {"": profile}))
+    print_note(claims_note(stored, evaluation))

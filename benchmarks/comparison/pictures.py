@@ -14,6 +14,7 @@ from benchmarks.comparison.report import game_name
 from benchmarks.comparison.results import PlayerResult
 from benchmarks.figures import new_figure, write_figure
 from ppg_env.game.between_steps import overlap_times
+from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.plotting import (
@@ -30,6 +31,15 @@ if TYPE_CHECKING:
 
 LEGEND_AGENTS = 6
 """With more agents the legend would leave no room for the bars."""
+
+WIDTH, PANEL = 6.4, 3.3
+ROOM, SIDE = 1.1, 0.8
+SHORTEST, TALLEST, MOST_PANEL = 2.0, 9.0, 3.9
+BELOW = 2.5
+"""Inches: widths of a picture and of a panel of several; room for labels above and below, and at
+the sides; limits of heights; height of the bars below the panels."""
+
+IMPOSSIBLE = "#b00020"
 
 LEGEND = (
     "star: goal   dots: mean at each step   dashed: 2-sigma noise   "
@@ -48,15 +58,25 @@ LEAST = 1e-30
 
 
 def profile_picture(game: Game, profile: Profile | None, path: str) -> None:
-    """Write a PNG of a profile, or of the game alone."""
-    figure = new_figure(6.4, 6.2)
+    """Write a PNG of a profile, or of the game alone; its height follows the game's.
+
+    The title says what is not possible in the profile.
+    """
+    figure = new_figure(WIDTH, WIDTH)
     axes = figure.subplots()
     if profile is None:
         draw_game(axes, game)
         axes.set_title(as_drawn(game_name(game)))
     else:
         draw_profile(axes, game, profile)
-        axes.set_title(f"{as_drawn(game_name(game))}{_closest(game, profile)}", fontsize=10)
+        title = f"{as_drawn(game_name(game))}{_closest(game, profile)}"
+        violations = evaluate(game, profile).violations()
+        axes.set_title(
+            "\n".join([title, *(f"not possible: {as_drawn(v)}" for v in violations[:2])]),
+            fontsize=10,
+            color=IMPOSSIBLE if violations else "black",
+        )
+    figure.set_size_inches(WIDTH, _height(axes, WIDTH, TALLEST))
     figure.supxlabel(LEGEND, fontsize=7)
     write_figure(figure, path)
 
@@ -66,8 +86,8 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
     played = [row for row in rows if row.played is not None]
     lines = -(-len(played) // PANELS)
     wide = -(-len(played) // lines)
-    figure = new_figure(max(3.3 * wide, 6.6), 2.5 + 3.9 * lines)
-    grid = figure.add_gridspec(2, 1, height_ratios=(1.5 * lines, 1.0))
+    figure = new_figure(max(PANEL * wide, 2 * PANEL), BELOW)
+    grid = figure.add_gridspec(2, 1)
     top = grid[0].subgridspec(lines, wide)
     panels: list[Any] = []
     for k, row in enumerate(played):
@@ -80,6 +100,9 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
         if k % wide:
             axes.set_ylabel("")
         panels.append(axes)
+    tall = lines * max((_height(axes, PANEL, MOST_PANEL) for axes in panels), default=SHORTEST)
+    figure.set_size_inches(figure.get_figwidth(), BELOW + tall)
+    grid.set_height_ratios((tall, BELOW))
     bottom = grid[1].subgridspec(1, 2)
     _arrivals(figure.add_subplot(bottom[0]), game, played)
     _crashes(figure.add_subplot(bottom[1]), game, played)
@@ -89,6 +112,13 @@ def comparison_picture(game: Game, rows: Sequence[PlayerResult], path: str) -> N
     in_environment = any(row.played and row.played.paths is not None for row in played)
     figure.supxlabel(PATHS_LEGEND if in_environment else LEGEND, fontsize=7)
     write_figure(figure, path)
+
+
+def _height(axes: Axes, width: float, tallest: float) -> float:
+    """Return the height at which a panel of ``width`` with equal scales has no white margins."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    tall = ROOM + (width - SIDE) * (high - low) / (right - left)
+    return float(np.clip(tall, SHORTEST, tallest))
 
 
 def _paths(axes: Axes, game: Game, row: PlayerResult) -> None:
