@@ -10,12 +10,15 @@ from ppg_env.support.atomic_write import check_target
 FOLDER = Path("out")
 
 
-def target(name: str, suffix: str, given: str | None) -> str:
-    """Return the path ``given``, or one in :data:`FOLDER`; checked before any work is done."""
+def target(name: str, given: str | None, *suffixes: str) -> str:
+    """Return the path ``given``, or one in :data:`FOLDER`; checked before any work is done.
+
+    The first of ``suffixes`` is the default.
+    """
     if given is None:
         stem = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-")
-        given = str(FOLDER / f"{stem}{suffix}")
-    check_target(given, suffix, ours=FOLDER)
+        given = str(FOLDER / f"{stem}{suffixes[0]}")
+    check_target(given, *suffixes, ours=FOLDER)
     return given
 
 

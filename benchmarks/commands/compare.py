@@ -46,7 +46,7 @@ def compare(
     *,
     comparison: Comparison,
     out: Annotated[
-        str | None, typer.Option(metavar="PNG", help="Picture (default out/compare-GAME.png).")
+        str | None, typer.Option(metavar="PICTURE", help="Picture (default out/compare-GAME.png).")
     ] = None,
     workers: WorkersOption = 1,
     planner: PlannerOptions,
@@ -59,7 +59,7 @@ def compare(
     from benchmarks.comparison.report import game_name
     from benchmarks.comparison.results import comparison_report
     from benchmarks.comparison.table import print_results
-    from benchmarks.output_paths import target
+    from benchmarks.figures import picture_target
     from ppg_env.errors import require
 
     check_arena(comparison.arena)
@@ -69,8 +69,7 @@ def compare(
     unused = tolerance is not None and arena != "env"
     require(not unused, "--tolerance", "has no effect on schedule", "add --arena env")
     instance = named_game(game, overrides)
-    wanted = out is not None or not as_json
-    picture = target(f"compare-{game_name(instance)}", ".png", out) if wanted else None
+    picture = picture_target(f"compare-{game_name(instance)}", out, as_json=as_json)
     with working(f"comparing in {game}") as status:
         rows = run(
             instance,

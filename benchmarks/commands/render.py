@@ -17,7 +17,7 @@ def render(
     ],
     *,
     out: Annotated[
-        str, typer.Option(metavar="PNG", help="Where to write the picture.")
+        str, typer.Option(metavar="PICTURE", help="Where to write the picture: .png, .svg or .pdf.")
     ] = "plan.png",
     times: Annotated[
         str | None,
@@ -32,13 +32,14 @@ def render(
     from benchmarks.comparison.overlaps import between_steps_note, between_steps_report
     from benchmarks.comparison.pictures import profile_picture
     from benchmarks.comparison.snapshots import snapshots_picture
+    from benchmarks.figures import PICTURES
     from benchmarks.sweeps.grid import whole_numbers
     from ppg_env.errors import require
     from ppg_env.formats.plan_file import read_plan
     from ppg_env.game.evaluation import evaluate
     from ppg_env.support.atomic_write import check_target
 
-    check_target(out, ".png")
+    check_target(out, *PICTURES)
     if target.endswith(".json"):
         require(
             not overrides,

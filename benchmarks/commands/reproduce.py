@@ -105,8 +105,8 @@ def reproduce(
     from ppg_env.support.atomic_write import check_target
 
     extent = chosen.extent(seed)
-    store = Path(target("reproduction", ".db", paths.store))
-    page = None if as_json and paths.out is None else target("reproduction", ".html", paths.out)
+    store = Path(target("reproduction", paths.store, ".db"))
+    page = None if as_json and paths.out is None else target("reproduction", paths.out, ".html")
     if paths.figures is not None:
         require(paths.figures != "", "--figures", "is empty", "write how the files' names begin")
         check_target(f"{paths.figures}.png", ".png", ours=FOLDER)

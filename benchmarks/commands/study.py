@@ -82,14 +82,15 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Run a study, or continue it, and report what its rows say."""
+    from benchmarks.figures import picture_target
     from benchmarks.output_paths import own_folder, target
     from benchmarks.studies.registry import find_study
 
     experiment = find_study(name)
     choice = _choice(experiment.choice, chosen, seed)
-    results = Path(target(name, ".json", paths.results))
-    store = Path(target("studies", ".db", paths.store))
-    picture = None if as_json and paths.out is None else target(name, ".png", paths.out)
+    results = Path(target(name, paths.results, ".json"))
+    store = Path(target("studies", paths.store, ".db"))
+    picture = picture_target(name, paths.out, as_json=as_json)
     own_folder(str(results))
     own_folder(str(store))
     with bar(f"study {name}", len(experiment.cells(choice))) as advance:
@@ -131,7 +132,8 @@ def _draw(experiment: Study, rows: Sequence[Any], picture: str) -> None:
 
     own_folder(picture)
     for part, figure in experiment.draw(rows).items():
-        file = f"{picture.removesuffix('.png')}-{part}.png" if part else picture
+        whole = Path(picture)
+        file = str(whole.with_name(f"{whole.stem}-{part}{whole.suffix}")) if part else picture
         write_figure(figure, file)
         typer.echo(f"picture: {file}", err=True)
 

@@ -101,7 +101,7 @@ class Run:
         """Return the store's path, checked."""
         from benchmarks.output_paths import target
 
-        return Path(target("sweep", ".db", self.store))
+        return Path(target("sweep", self.store, ".db"))
 
 
 @with_game_options

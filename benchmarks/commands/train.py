@@ -93,7 +93,7 @@ def train(
         training.warm_start, training.method, instance, training.tolerance, "--warm-start"
     )
     player = player_name(training.method, training.sharing, training.warm_start)
-    path = target(f"{game}-{player}", ".npz", training.out)
+    path = target(f"{game}-{player}", training.out, ".npz")
     folder = Path(f"{path}.checkpoints")
     learned = _train(instance, game, training, seed, None if "lam" in overrides else lam, folder)
     learned.about["command"] = _command(game, overrides, training, seed)

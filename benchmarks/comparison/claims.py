@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -45,8 +46,8 @@ def claims_note(stored: Mapping[str, Any], evaluation: Evaluation) -> str:
 def _same(claimed: Any, value: Any) -> bool:
     try:
         a, b = np.asarray(claimed, dtype=float), np.asarray(value, dtype=float)
-    except (TypeError, ValueError):  # text, or no arrival
-        return bool(claimed == value)
+    except (TypeError, ValueError, OverflowError):  # texts
+        return bool(claimed == json.loads(to_json(value)))
     close = a.shape == b.shape and np.allclose(a, b, rtol=CLAIM, atol=CLAIM, equal_nan=True)
     return bool(close)
 

@@ -43,8 +43,8 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     return Path(path)
 
 
-def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> None:
-    """Refuse a path whose folder does not exist or whose ending is not ``suffix``.
+def check_target(path: str | Path, *suffixes: str, ours: Path | None = None) -> None:
+    """Refuse a path whose folder does not exist or whose ending is none of ``suffixes``.
 
     Call it before the work for the file starts.  The folder ``ours`` need not exist yet.
 
@@ -53,13 +53,16 @@ def check_target(path: str | Path, suffix: str, ours: Path | None = None) -> Non
     InputError
         If the path cannot be the target of a write.
     """
+    *others, last = suffixes
+    kinds = f"{', '.join(others)} or {last}" if others else last
+    only = "the supported formats" if others else "the only supported format"
     require(
-        Path(path).suffix.lower() == suffix,
+        Path(path).suffix.lower() in suffixes,
         str(path),
-        f"does not end in {suffix}",
-        f"name a {suffix} file, the only supported format",
+        f"does not end in {kinds}",
+        f"name a {kinds} file, {only}",
     )
-    require(not Path(path).is_dir(), str(path), "is a folder", f"name a {suffix} file to write")
+    require(not Path(path).is_dir(), str(path), "is a folder", f"name a {kinds} file to write")
     folder = Path(path).parent
     require(
         folder == ours or folder.is_dir(),
