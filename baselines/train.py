@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -22,6 +23,7 @@ from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import override_game
+from ppg_env.support.processes import alone_on, exit_with_parent
 from solvers.feedback.grid.extent import dynamic_programming_applies
 
 if TYPE_CHECKING:
@@ -84,6 +86,7 @@ def train_players(
         Processes; results do not depend on them.
     folder
         Folder of checkpoints, ``seed-<s>.pt``; a training that was killed continues from them.
+        Another training in the same folder is refused.
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
@@ -107,7 +110,9 @@ def train_players(
     for needed in (tensorboard, folder):  # the second is temporary, and comes last
         if needed is not None:
             _make_folder(needed)
-    with _progress_of(jobs, progress) as (run, on_progress):
+    other = "wait for the other training, or name another place for this one"
+    lock = nullcontext() if folder is None else alone_on(folder / "lock", other)
+    with lock, _progress_of(jobs, progress) as (run, on_progress):
         runs = tuple(run(partial(_train, method, on_progress), each))
     learned = Learned(runs, _about(method, args, seeds))
     learned.about["figures"] = figures(game, learned, rules=args.rules)
@@ -213,9 +218,10 @@ def _train(method: str, on_progress: Progress | None, args: Args) -> Team:
 _to_parent: Any = None
 
 
-def _keep_queue(queue: Any) -> None:
+def _start_worker(queue: Any, parent: int) -> None:
     global _to_parent
     _to_parent = queue
+    exit_with_parent(parent)
 
 
 def _report_to_parent(steps: int) -> None:
@@ -241,7 +247,7 @@ def _progress_of(jobs: int, progress: Progress) -> Iterator[tuple[Run, Progress 
     listener = threading.Thread(target=listen)
     listener.start()
     try:
-        with ProcessPoolExecutor(jobs, context, _keep_queue, (queue,)) as pool:
+        with ProcessPoolExecutor(jobs, context, _start_worker, (queue, os.getpid())) as pool:
             yield pool.map, None
     finally:
         queue.put(None)

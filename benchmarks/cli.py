@@ -1,21 +1,20 @@
 """The command ``ppg``: one verb per file of :mod:`benchmarks.commands`.
 
 Results go to stdout, progress and warnings to stderr.  Exit codes: 0 done, 2 bad input,
-3 no solution within the limits.
+3 no solution within the limits, 130 interrupted.
 """
 
 from __future__ import annotations
 
 import errno
-import signal
 import sys
-import threading
 import warnings
 from typing import Annotated
 
 import typer
 
 from benchmarks.commands import VERBS
+from benchmarks.interrupt import ended_by_interrupts
 from ppg_env.errors import InputError
 from ppg_env.support.names import printable
 
@@ -55,14 +54,11 @@ def _program(
 
 def main(arguments: list[str] | None = None) -> None:
     """Run ``ppg`` and exit with its code."""
-    # Code in C does not see KeyboardInterrupt.  Files are written atomically, so the default
-    # action of Ctrl-C loses nothing.
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A callable object where the type stub wants a function.
     warnings.showwarning = _Once()  # type: ignore[assignment]
     try:
-        app(args=arguments)
+        with ended_by_interrupts():
+            app(args=arguments)
     except InputError as error:
         print(f"ppg: {printable(str(error))}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None

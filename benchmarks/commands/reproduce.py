@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from benchmarks.interrupt import keep
 from benchmarks.options import (
     CollisionsOption,
     JobsOption,
@@ -111,6 +112,7 @@ def reproduce(
         require(paths.figures != "", "--figures", "is empty", "write how the files' names begin")
         check_target(f"{paths.figures}.png", ".png", ours=FOLDER)
     own_folder(str(store))
+    keep(f"rows in {store} are kept, and the same command continues from them")
     with bar("reproduce", extent.size) as advance:
         reproduction = reproduce(extent, store, jobs=jobs, progress=advance)
     _write(reproduction, page, paths.figures)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.interrupt import keep
 from benchmarks.options import (
     CollisionsOption,
     JobsOption,
@@ -93,6 +94,7 @@ def study(
     picture = picture_target(name, paths.out, as_json=as_json)
     own_folder(str(results))
     own_folder(str(store))
+    keep(f"rows in {store} are kept, and the same command continues from them")
     with bar(f"study {name}", len(experiment.cells(choice))) as advance:
         rows = experiment.rows(choice, results, store, jobs=jobs, progress=advance)
     sentences = list(experiment.words(rows))

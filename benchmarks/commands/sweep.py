@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.interrupt import keep
 from benchmarks.options import (
     JobsOption,
     JsonOption,
@@ -157,6 +158,7 @@ def _run(cells: Sequence[Cell], path: Path, run: Run, as_json: bool) -> None:
     from benchmarks.sweeps.run import missing
     from benchmarks.sweeps.summary import print_rows
 
+    keep(f"rows in {path} are kept, and the same command continues from them")
     distinct = len({cell.address for cell in cells})
     with Store(path) as base:
         for other in run.merge or []:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.interrupt import keep
 from benchmarks.options import (
     GameArgument,
     JobsOption,
@@ -95,6 +96,7 @@ def train(
     player = player_name(training.method, training.sharing, training.warm_start)
     path = target(f"{game}-{player}", training.out, ".npz")
     folder = Path(f"{path}.checkpoints")
+    keep(f"checkpoints in {folder} are kept, and the same command continues from them")
     learned = _train(instance, game, training, seed, None if "lam" in overrides else lam, folder)
     learned.about["command"] = _command(game, overrides, training, seed)
     write_learned(path, learned)

@@ -9,27 +9,22 @@ from __future__ import annotations
 import logging
 import os
 import re
-import threading
-import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, TypeVar
 
 from benchmarks.sweeps.store import AGAIN
 from ppg_env.errors import InputError, require
+from ppg_env.support.processes import exit_with_parent
 
 BACKENDS = ("loky", "dask", "ray")
 LOKY = BACKENDS[0]
 
 ROUND = 4
 """Items per worker and round on a backend that returns all results of a call at once."""
-
-CHECK = 1.0
-"""Seconds between a worker's checks that its sweep still runs."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -117,20 +112,8 @@ def _indexed(
     work: Callable[[Item], Result], k: int, item: Item, parent: int | None
 ) -> tuple[int, Result]:
     if parent is not None:
-        _exit_with(parent)
+        exit_with_parent(parent)  # it would wait for work for minutes
     return k, work(item)
-
-
-@cache
-def _exit_with(parent: int) -> None:
-    """End this process when ``parent`` has ended; otherwise it waits for work for minutes."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(CHECK)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def _run_alone(work: Callable[[Item], Result], item: Item) -> Result | Died:
