@@ -97,9 +97,9 @@ class _Log:
     def __init__(self) -> None:
         self._last = perf_counter()
 
-    def update(self, text: str) -> None:
-        """Print ``text`` if the last line is at least :data:`LOG_SECONDS` old."""
-        if perf_counter() - self._last >= LOG_SECONDS:
+    def update(self, text: str, *, last: bool = False) -> None:
+        """Print ``text`` if it is the ``last``, or a line is at least :data:`LOG_SECONDS` old."""
+        if last or perf_counter() - self._last >= LOG_SECONDS:
             self._last = perf_counter()
             typer.echo(f"ppg: {printable(text)}", err=True)
 
@@ -154,7 +154,7 @@ def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
         done = min(done + count, total)  # whole rollouts may overshoot
         if not console.is_terminal:
             seconds = perf_counter() - begun
-            log.update(f"{text}: {done} of {total} in {seconds:.0f} s")
+            log.update(f"{text}: {done}/{total} in {seconds:.0f} s", last=done == total)
             return
         shown.start()
         shown.update(task, completed=done)
