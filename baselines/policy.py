@@ -116,13 +116,16 @@ class LearnedPlayer:
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m) of the mean policy; zero where the agent is out of traffic."""
         active = np.flatnonzero(view.in_traffic[:, self._agent])  # other actions are ignored
-        inputs = view.observation[active, : self._observed]
-        if self.policy.conditioned:
-            lam = view.lam[active, self._agent, None].astype(np.float32)
-            inputs = np.concatenate([inputs, lam], axis=1)
         action = np.zeros((len(view.observation), self._size))
-        action[active] = self._middle + self._half * self.policy(inputs)[:, : self._size]
+        action[active] = self.actions(view.observation[active], view.lam[active, self._agent])
         return action
+
+    def actions(self, observations: np.ndarray, lam: np.ndarray) -> np.ndarray:
+        """Return actions (C, m) for observations (C, W) of an agent with weights ``lam`` (C,)."""
+        inputs = observations[:, : self._observed]
+        if self.policy.conditioned:
+            inputs = np.concatenate([inputs, lam[:, None].astype(np.float32)], axis=1)
+        return self._middle + self._half * self.policy(inputs)[:, : self._size]
 
 
 def team_players(game: Game, team: Team) -> Sequence[Player]:

@@ -9,15 +9,16 @@ A file holds the runs of one training, one run per seed, each a team of policies
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from baselines.policy import Policy, Team, team_players
+from baselines.policy import LearnedPlayer, Policy, Team, team_players
 from ppg_env.env.players import Player
-from ppg_env.errors import placed, require
+from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.formats.plan_file import to_json
 from ppg_env.game.agent import Agent
@@ -58,6 +59,35 @@ class Learned:
     def players(self, game: Game, run: int = 0) -> list[Player]:
         """Return one player per agent, from the training with the ``run``-th seed."""
         return list(team_players(game, self.runs[run]))
+
+    def policy(
+        self, game: Game, agent: int | str, run: int = 0
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the policy of one agent: from an observation (W,) of the environment to (m,).
+
+        It plays in the loop of PettingZoo's or Gymnasium's view, with the agent's own lam.
+
+        Parameters
+        ----------
+        game : the game that is played.
+        agent : its name or index.
+        run : the training, counted from 0.
+
+        Raises
+        ------
+        InputError
+            If there is no such agent, or it has no policy of its own.
+        """
+        names = game.agent_names
+        i = names.index(agent) if agent in names else agent
+        known = isinstance(i, int) and 0 <= i < len(names)
+        require(known, "agent", f"is {agent!r}", "write " + " or ".join(names))
+        player, lam = self.players(game, run)[int(i)], np.array([game.agents[int(i)].lam])
+        if not isinstance(player, LearnedPlayer):
+            raise InputError(
+                names[int(i)], "was not trained", "play an agent with a policy of its own"
+            )
+        return lambda observation: player.actions(observation[None], lam)[0]
 
     def fits(self, game: Game) -> bool:
         """Return whether they were trained for this game; gains and objective are ignored."""
