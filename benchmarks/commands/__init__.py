@@ -14,6 +14,7 @@ from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
 from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.explain import explain
+from benchmarks.commands.export import export
 from benchmarks.commands.feedback import feedback
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
@@ -42,6 +43,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "sweep": sweep,
     "study": study,
     "render": render,
+    "export": export,
     "bench": bench,
     "explain": explain,
     "warm": warm,

@@ -6,7 +6,6 @@ the large columns: the game, means and controls.
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 from collections.abc import Sequence
@@ -15,10 +14,10 @@ from typing import Any
 
 from benchmarks.sweeps.row import COLUMNS, PACKED, Row
 from ppg_env.errors import InputError, require
+from ppg_env.formats.csv_text import csv_text
 from ppg_env.support.atomic_write import write_atomically
 
 SUFFIXES = (".csv", ".parquet")
-FORMULA = ("=", "+", "-", "@")
 
 
 def check_export(path: str | Path) -> None:
@@ -38,18 +37,12 @@ def export_rows(rows: Sequence[Row], path: str | Path) -> Path:
 
 def _csv(rows: Sequence[Row]) -> bytes:
     columns = [name for name, kind in COLUMNS.items() if kind not in PACKED]
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([_text(getattr(row, name)) for name in columns])
-    return text.getvalue().encode()
+    cells = ([_text(getattr(row, name)) for name in columns] for row in rows)
+    return csv_text(columns, cells).encode()
 
 
 def _text(value: Any) -> Any:
-    text = json.dumps(value) if isinstance(value, (list, dict)) else value
-    # A spreadsheet would run text that begins as a formula does.
-    return "'" + text if isinstance(text, str) and text.startswith(FORMULA) else text
+    return json.dumps(value) if isinstance(value, (list, dict)) else value
 
 
 def _parquet(rows: Sequence[Row]) -> bytes:
