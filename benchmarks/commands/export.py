@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.options import PlanArgument, SeedOption
+from benchmarks.options import JsonOption, PlanArgument, SeedOption
+from benchmarks.terminal import print_json
 
 
 def export(
@@ -21,6 +22,7 @@ def export(
             min=1, help="Export the states of this many simulated episodes instead of the means."
         ),
     ] = None,
+    as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
     """Write a plan's trajectories to a CSV file: one row per agent and time."""
@@ -34,10 +36,13 @@ def export(
     check_target(out, ".csv")
     game, profile, _ = read_plan(plan)
     if episodes is None:
-        text = csv_text(tables.plan_columns(game), tables.plan_rows(game, profile))
+        columns, rows = tables.plan_columns(game), list(tables.plan_rows(game, profile))
     else:
         players = [Tracker(game, i, planned) for i, planned in enumerate(profile)]
         states = trajectories(game, players, episodes, seed)
-        text = csv_text(tables.episode_columns(game), tables.episode_rows(game, states))
-    write_atomically(out, text)
-    typer.echo(f"wrote {out}: {text.count(chr(10)) - 1:,} rows", err=True)
+        columns, rows = tables.episode_columns(game), list(tables.episode_rows(game, states))
+    write_atomically(out, csv_text(columns, rows))
+    if as_json:
+        print_json({"path": out, "rows": len(rows), "columns": columns})
+    else:
+        typer.echo(f"wrote {out}: {len(rows):,} rows", err=True)
