@@ -17,7 +17,8 @@ LOG_SECONDS = 30.0
 """Seconds between two lines of progress where stderr is no terminal."""
 
 PIPE_WIDTH = 124
-NAME_WIDTH = 14  # the first column is not folded below this
+LONGEST_WORD = 28
+"""Words up to this length are not broken; longer ones are names that people chose."""
 
 
 class Limits(Protocol):
@@ -66,23 +67,37 @@ def print_table(
         pad_edge=False,
         collapse_padding=True,
     )
-    widest = min(max([len(columns[0]), *(len(row[0]) for row in rows)]), NAME_WIDTH)
+    console = Console()
+    if not console.is_terminal:  # a pipe has no width of its own
+        console = Console(width=PIPE_WIDTH)
+    widths = _widths([columns, *rows], console.width - 2 * len(columns))
     for k, column in enumerate(columns):
         table.add_column(
             Text(column),
             justify="left" if k < texts else "right",
             overflow="fold",
-            min_width=None if k else widest,
+            width=widths[k],
         )
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))  # names are text, never markup
-    console = Console()
-    if not console.is_terminal:  # a pipe has no width of its own
-        console = Console(width=PIPE_WIDTH)
     console.print(table)
     if note:
         # Not the table's caption, which would be wrapped at the width of the table.
         console.print(note, style="table.caption", markup=False, highlight=False)
+
+
+def _widths(lines: Sequence[Sequence[str]], room: int) -> list[int]:
+    """Return widths of columns: as wide as their cells, or folded between words to fit ``room``."""
+    cells = list(zip(*lines, strict=True))
+    widths = [max(map(len, column)) for column in cells]
+    words = [max(len(word) for cell in column for word in [*cell.split(), ""]) for column in cells]
+    least = [min(word, LONGEST_WORD) for word in words]
+    while sum(widths) > room:
+        k = max(range(len(widths)), key=lambda k: widths[k] - least[k])
+        if widths[k] <= least[k]:
+            break
+        widths[k] -= 1
+    return widths
 
 
 def print_note(text: str) -> None:
