@@ -78,8 +78,8 @@ class _Once:
     def __init__(self) -> None:
         self.shown: set[str] = set()
 
-    def __call__(self, message: Warning | str, category: type[Warning], *_where: object) -> None:
-        line = f"ppg: {category.__name__}: {message}"
+    def __call__(self, message: Warning | str, *_where: object) -> None:
+        line = f"ppg: note: {printable(str(message))}"
         if line not in self.shown:
             self.shown.add(line)
             print(line, file=sys.stderr)
