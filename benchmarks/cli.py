@@ -24,7 +24,6 @@ app = typer.Typer(
     name="ppg",
     help="Path planning games: plan, certify, simulate and compare.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
