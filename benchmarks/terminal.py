@@ -89,7 +89,7 @@ def print_table(
 def _widths(lines: Sequence[Sequence[str]], room: int) -> list[int]:
     """Return widths of columns: as wide as their cells, or folded between words to fit ``room``."""
     cells = list(zip(*lines, strict=True))
-    widths = [max(map(len, column)) for column in cells]
+    widths = [max(len(line) for cell in column for line in cell.split("\n")) for column in cells]
     words = [max(len(word) for cell in column for word in [*cell.split(), ""]) for column in cells]
     least = [min(word, LONGEST_WORD) for word in words]
     while sum(widths) > room:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmarks.options import GameArgument, JsonOption, SeedOption, named_game, with_game_options
+from benchmarks.options import GameArgument, JsonOption, SeedOption, with_game_options
 from benchmarks.terminal import print_json, print_table
 
 if TYPE_CHECKING:
@@ -40,9 +40,10 @@ def show(
 ) -> None:
     """Show a game: its agents, obstacles and weights; write it as a TOML file."""
     from ppg_env.formats.game_file import game_to_tables, game_to_toml
+    from ppg_env.scenarios.make import make_game
     from ppg_env.support.atomic_write import check_target, write_atomically
 
-    instance = named_game(game, overrides)
+    instance = make_game(game, **overrides)
     if out is not None:
         check_target(out, ".toml")
         write_atomically(out, game_to_toml(instance))
