@@ -53,16 +53,28 @@ class Demonstration(NamedTuple):
     players: Sequence[Player]
 
 
-def imitate_feedback(model: Any, args: Args, learners: Sequence[int]) -> None:
-    """Fit the mean policy of ``model`` to the feedback players of the agents ``learners``.
+class Disturbance:
+    """Disturbs actions (C, L, m) of some learners, for some time, by ``push`` (deviation)."""
 
-    Raises
-    ------
-    InputError
-        If dynamic programming does not apply to the game.
-    """
-    random = np.random.default_rng(args.seed)
-    demonstrations = _demonstrations(args, learners)
+    def __init__(self, env: GameVecEnv, push: float, random: np.random.Generator) -> None:
+        shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
+        self._push, self._random = push, random
+        self._way, self._size = np.zeros(shape), np.zeros((*shape[:2], 1))
+
+    def of(self, action: np.ndarray) -> np.ndarray:
+        """Return disturbed actions (C L, m) in [-1, 1]."""
+        shape, random = action.shape, self._random
+        changes = random.random((*shape[:2], 1)) < CHANGES
+        self._way = np.where(changes, random.normal(size=shape), self._way)
+        pushed = self._push * (random.random(changes.shape) < PUSHED)
+        self._size = np.where(changes, pushed, self._size)
+        return np.clip(action + self._size * self._way, -1.0, 1.0).reshape(-1, shape[2])
+
+
+def imitate_feedback(
+    model: Any, demonstrations: Sequence[Demonstration], random: np.random.Generator
+) -> None:
+    """Fit the mean policy of ``model`` to the feedback players of ``demonstrations``."""
     optimiser = torch.optim.Adam(
         [value for layer in actor_layers(model) for value in layer.parameters()], lr=RATE
     )
@@ -77,8 +89,14 @@ def imitate_feedback(model: Any, args: Args, learners: Sequence[int]) -> None:
         _fit(model, optimiser, inputs, targets, LAST_UPDATES if last else UPDATES, last, random)
 
 
-def _demonstrations(args: Args, learners: Sequence[int]) -> list[Demonstration]:
-    """Return feedback players for each value of lam, in copies of the game with that value."""
+def make_demonstrations(args: Args, learners: Sequence[int]) -> list[Demonstration]:
+    """Return feedback players for each value of lam, in copies of the game with that value.
+
+    Raises
+    ------
+    InputError
+        If dynamic programming does not apply to the game.
+    """
     lams: list[float | None] = [None]
     if args.lam is not None:
         lams = list(dict.fromkeys(np.linspace(*args.lam, LAMS).tolist()))
@@ -123,7 +141,7 @@ def _play(
     env, players = demonstration
     shape = (env.simulator.copies, len(env.learners), env.simulator.action_size)
     inputs, targets = [], []
-    push, size = np.zeros(shape), np.zeros((*shape[:2], 1))
+    disturbance = Disturbance(env, PUSH, random)
     observation: Any = env.reset()
     for _ in range(STEPS):
         wanted = np.zeros(shape, dtype=np.float32)
@@ -133,11 +151,7 @@ def _play(
         inputs.append(observation[active])
         targets.append(wanted.reshape(-1, shape[2])[active])
         action = wanted if model is None else _mean(model, observation).reshape(shape)
-        changes = random.random((*shape[:2], 1)) < CHANGES
-        push = np.where(changes, random.normal(size=shape), push)
-        size = np.where(changes, PUSH * (random.random(changes.shape) < PUSHED), size)
-        moved = np.clip(action + size * push, -1.0, 1.0)
-        observation = env.step(moved.reshape(-1, shape[2]))[0]
+        observation = env.step(disturbance.of(action))[0]
     return np.concatenate(inputs), np.concatenate(targets)
 
 

@@ -208,6 +208,12 @@ class GameVecEnv(VecEnv):
         result[:, :size] = (action - self._middle[agent, :size]) / np.where(half > 0, half, 1.0)
         return np.clip(result, -1.0, 1.0)
 
+    def inputs(self, agent: int, action: np.ndarray) -> np.ndarray:
+        """Return actions (..., m_i) in [-1, 1] as the inputs of ``agent``."""
+        size = action.shape[-1]
+        inputs: np.ndarray = self._middle[agent, :size] + self._half[agent, :size] * action
+        return inputs
+
     def _finish(self, over: np.ndarray, infos: list[dict[str, Any]]) -> None:
         """Record the outcomes of ended episodes, and their last observations."""
         last, cut = self._observed(self.simulator.last.observation), self.simulator.last.truncated

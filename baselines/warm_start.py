@@ -6,7 +6,8 @@ over states of agents with random disturbances.  From a random network PPO often
 and useless policy, to move away from all others: near them every step is dangerous, and far away
 the way back is long.  From the straight way it only has to learn when to give way.
 
-With feedback players (:mod:`baselines.imitation`) the value network is fitted next, while the
+With feedback players, imitation (:mod:`baselines.imitation`) is followed by descent on the costs
+that they know (:mod:`baselines.cost_descent`), and the value network is fitted next, while the
 policy stays as it is: the first estimates of a random one would undo what was imitated.
 """
 
@@ -17,8 +18,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from baselines.cost_descent import descend
 from baselines.export import actor_layers, mean_action
-from baselines.imitation import imitate_feedback
+from baselines.imitation import imitate_feedback, make_demonstrations
 from baselines.training_loop import Args, Learner
 from baselines.vec_env import GameVecEnv
 from ppg_env.env.players import GoToGoal
@@ -38,7 +40,10 @@ CRITIC_ROLLOUTS, CRITIC_RATE = 20, 1e-3
 def warm_start(args: Args, learner: Learner) -> None:
     """Let the network of ``learner`` imitate feedback players or straight ways."""
     if args.imitate_feedback:
-        imitate_feedback(learner.model, args, learner.env.learners)
+        random = np.random.default_rng(args.seed)
+        demonstrations = make_demonstrations(args, learner.env.learners)
+        imitate_feedback(learner.model, demonstrations, random)
+        descend(learner.model, demonstrations, random)
         _fit_critic(learner)
     else:
         imitate_go_to_goal(learner.model, learner.env, args.seed)

@@ -20,10 +20,11 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
 
     Worker processes import the modules again and train at full length.
     """
-    from baselines import imitation, ppo, sac_single, train, warm_start
+    from baselines import cost_descent, imitation, ppo, sac_single, train, warm_start
 
     patch.setattr(warm_start, "UPDATES", 10)
     patch.setattr(warm_start, "CRITIC_ROLLOUTS", 1)
+    patch.setattr(cost_descent, "UPDATES", 10)
     patch.setattr(imitation, "COPIES", 8)
     patch.setattr(imitation, "ROUNDS", 2)
     patch.setattr(imitation, "UPDATES", 10)

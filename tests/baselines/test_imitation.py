@@ -8,11 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baselines import evaluate_runs, imitation, ppo_shared, train_players, warm_start
-from baselines.imitation import feedback_players, imitate_feedback
+from baselines import cost_descent, evaluate_runs, imitation, ppo_shared, train_players, warm_start
+from baselines.imitation import (
+    Demonstration,
+    feedback_players,
+    imitate_feedback,
+    make_demonstrations,
+)
 from baselines.policy import team_players
 from baselines.ppo import make_learner, policy_of
-from baselines.training_loop import Args
+from baselines.training_loop import Args, Learner
 from ppg_env import Game, InputError, make_game
 from ppg_env.env import evaluate
 from ppg_env.env.players import straight_players
@@ -34,12 +39,18 @@ def few_examples(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(imitation, name, value)
 
 
+def _imitate(learner: Learner, args: Args) -> list[Demonstration]:
+    demonstrations = make_demonstrations(args, learner.env.learners)
+    imitate_feedback(learner.model, demonstrations, np.random.default_rng(args.seed))
+    return demonstrations
+
+
 @pytest.mark.usefixtures("few_examples")
 @pytest.mark.parametrize("sharing", ["social", "selfish"])
 def test_the_network_costs_much_less_than_straight_ways(overtaking: Game, sharing: str) -> None:
     args = Args(overtaking, sharing, None, imitate_feedback=True)
     learner = make_learner(args)
-    imitate_feedback(learner.model, args, learner.env.learners)
+    _imitate(learner, args)
     network = team_players(overtaking, (policy_of(args, learner),))
     feedback = feedback_players(overtaking, sharing, None)
     straight = straight_players(overtaking)
@@ -51,15 +62,43 @@ def test_the_network_costs_much_less_than_straight_ways(overtaking: Game, sharin
 
 
 @pytest.mark.usefixtures("few_examples")
+@pytest.mark.parametrize("sharing", ["social", "selfish"])
+def test_descent_comes_closer_to_the_feedback_players(
+    overtaking: Game, sharing: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cost_descent, "UPDATES", 150)
+    args = Args(overtaking, sharing, None, imitate_feedback=True)
+    learner = make_learner(args)
+    demonstrations = _imitate(learner, args)
+    teams = [demonstrations[0].players, team_players(overtaking, (policy_of(args, learner),))]
+    cost_descent.descend(learner.model, demonstrations, np.random.default_rng(0))
+    teams.append(team_players(overtaking, (policy_of(args, learner),)))
+    feedback, imitated, descended = (
+        evaluate(overtaking, team, 2 * EPISODES).cost.mean() for team in teams
+    )
+    assert descended - feedback < 0.7 * (imitated - feedback)
+
+
+@pytest.mark.usefixtures("few_examples")
+def test_descent_leaves_networks_of_games_whose_bodies_stay_as_they_are(overtaking: Game) -> None:
+    game = replace(overtaking, on_goal="stay")
+    args = Args(game, "social", None, imitate_feedback=True)
+    learner = make_learner(args)
+    before = policy_of(args, learner)
+    demonstrations = make_demonstrations(args, learner.env.learners)
+    cost_descent.descend(learner.model, demonstrations, np.random.default_rng(0))
+    assert policy_of(args, learner) == before
+
+
+@pytest.mark.usefixtures("few_examples")
 def test_one_network_imitates_the_players_of_several_lam(
     overtaking: Game, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(imitation, "LAMS", 2)
     args = Args(overtaking, "social", (0.2, 0.8), imitate_feedback=True)
-    both = imitation._demonstrations(args, [0, 1])
-    assert [len(set(d.env.simulator.lam.ravel())) for d in both] == [1, 1]
     learner = make_learner(args)
-    imitate_feedback(learner.model, args, learner.env.learners)
+    both = _imitate(learner, args)
+    assert [len(set(d.env.simulator.lam.ravel())) for d in both] == [1, 1]
     inputs = np.array(learner.env.reset())
     inputs[:, -1] = 0.2
     careful = policy_of(args, learner)(inputs)

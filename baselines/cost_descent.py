@@ -1,0 +1,131 @@
+r"""Descent on expected costs: what a network that imitates feedback players loses at each step.
+
+    minimise  mean Q_i(x, u)    over states x that the network visits, u = its actions there
+
+Q_i(x, u) is the expected cost to go of agent i, or of all agents for the feedback optimum, if the
+agents take the actions u in state x and the feedback players play afterwards.  By how much the
+network costs more than these is the sum of Q_i(x, u) - min Q_i(x, .) over its episodes (the
+performance difference lemma of Kakade and Langford, 2002).  Least squares weighs all differences
+between actions alike, and averages over places where the feedback players change sides; costs
+weigh them by what they lose.
+
+Gradients are central differences of look-ahead costs on the grid, with random widths: no episode
+has to be played to its end, and there is no noise but in the states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+
+from baselines.export import actor_layers, mean_action
+from baselines.imitation import Demonstration, Disturbance
+from ppg_env.env.players import Player
+from solvers.feedback.grid.action_costs import ActionCosts
+from solvers.feedback.grid.player import FeedbackPlayer
+
+UPDATES, RATE = 5000, 3e-3
+"""Updates, one per step of all copies, and the learning rate, which decreases to zero."""
+
+WIDTH = 0.1
+"""Typical width of the differences, in units of the largest control."""
+
+PUSH = 0.3
+"""Standard deviation of the disturbances, in units of the largest control."""
+
+OUTSIDE, EDGE = 0.01, 1.2
+"""Weight of the squared distance by which actions leave the box [-EDGE, EDGE]."""
+
+LARGEST = 1.0
+"""Largest norm of a gradient."""
+
+
+def descend(
+    model: Any, demonstrations: Sequence[Demonstration], random: np.random.Generator
+) -> None:
+    """Lower the expected costs of the mean policy of ``model``.
+
+    In games of a single agent, and where arrived bodies stay, the network is left as it is: the
+    grid does not give the costs of all states.
+    """
+    if not all(_has_costs(demonstration) for demonstration in demonstrations):
+        return
+    parameters = [value for layer in actor_layers(model) for value in layer.parameters()]
+    optimiser = torch.optim.Adam(parameters, lr=RATE)
+    plays = [_Play(demonstration, random) for demonstration in demonstrations]
+    for k in range(UPDATES):
+        optimiser.param_groups[0]["lr"] = RATE * (1 - k / UPDATES)
+        loss = torch.stack([play.step(model) for play in plays]).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(parameters, LARGEST)
+        optimiser.step()
+
+
+def _has_costs(demonstration: Demonstration) -> bool:
+    player = demonstration.players[0]
+    return isinstance(player, FeedbackPlayer) and not player.policy.model.risk.parks
+
+
+class _Play:
+    """Copies of the game in which the network plays, with disturbances."""
+
+    def __init__(self, demonstration: Demonstration, random: np.random.Generator) -> None:
+        self._env, players = demonstration
+        self._costs = [ActionCosts(player.policy) for player in players]  # type: ignore[attr-defined]
+        self._random = random
+        self._disturbance = Disturbance(self._env, PUSH, random)
+        self._observation: Any = self._env.reset()
+
+    def step(self, model: Any) -> torch.Tensor:
+        """Return a loss with the gradient of the mean cost, and step all copies."""
+        env = self._env
+        output = mean_action(model, torch.as_tensor(self._observation))
+        action = np.clip(output.detach().numpy().astype(float), -1.0, 1.0)
+        action = action.reshape(env.simulator.copies, len(env.learners), -1)
+        slopes = torch.as_tensor(self._slopes(action).reshape(output.shape).astype(np.float32))
+        active = max(int(env.simulator.view(0).in_traffic[:, env.learners].sum()), 1)
+        self._observation = env.step(self._disturbance.of(action))[0]
+        beyond = output - output.clamp(-EDGE, EDGE)
+        return ((slopes * output).sum() + OUTSIDE * (beyond**2).sum()) / active
+
+    def _slopes(self, action: np.ndarray) -> np.ndarray:
+        """Return (C, L, m) the derivatives of the learners' costs, zero out of traffic."""
+        env, slopes = self._env, np.zeros(action.shape)
+        agents, simulator = env.simulator.game.agents, env.simulator
+        inputs = [player.act(simulator.view(i)) for i, player in self._others()]
+        for k, i in enumerate(env.learners):
+            inputs.insert(i, env.inputs(i, action[:, k, : agents[i].control_dim]))
+        width = WIDTH * np.exp(self._random.uniform(-1.0, 1.0))
+        for k, i in enumerate(env.learners):
+            size = agents[i].control_dim
+            shifts = width * np.concatenate([np.eye(size), -np.eye(size)])
+            tried = env.inputs(i, action[:, k, None, :size] + shifts)
+            costs = self._costs_of(i, tried, inputs[1 - i])
+            slopes[:, k, :size] = (costs[:, :size] - costs[:, size:]) / (2 * width)
+        return slopes
+
+    def _others(self) -> list[tuple[int, Player]]:
+        """Return the agents that do not learn."""
+        return sorted(self._env.players.items())
+
+    def _costs_of(self, agent: int, actions: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the costs (C, K) of ``actions`` (C, K, m), zero out of traffic."""
+        view, costs = self._env.simulator.view(agent), self._costs[agent]
+        own, far = view.in_traffic[:, agent], view.in_traffic[:, 1 - agent]
+        stages = {clock: costs.stage(clock) for clock in np.unique(view.clock).tolist()}
+        result = np.zeros(actions.shape[:2])
+        for stage in set(stages.values()):
+            clocks = [clock for clock, its in stages.items() if its == stage]
+            now = own & np.isin(view.clock, clocks)
+            both, alone = np.flatnonzero(now & far), np.flatnonzero(now & ~far)
+            if both.size:
+                result[both] = costs.together(
+                    agent, view.state[both], clocks[0], actions[both], other[both]
+                )
+            if alone.size:
+                result[alone] = costs.alone(agent, view.state[alone], clocks[0], actions[alone])
+        return result
