@@ -6,7 +6,8 @@ r"""Deviations of one agent from players that stay as they are: each tries to lo
     trained    PPO against the frozen others, from the player's own policy if it has one
 
 ``grid`` sees all agents and the clock, and applies to games whose joint state has at most four
-dimensions (:func:`solvers.feedback.grid.extent.dynamic_programming_applies`).
+dimensions (:func:`solvers.feedback.grid.extent.dynamic_programming_applies`).  In other games it
+sees its own state and the clock, and the others must track plans.
 """
 
 from __future__ import annotations

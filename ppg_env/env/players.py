@@ -84,6 +84,7 @@ class Tracker:
             "give a plan of this game",
         )
         self.information = "own state" if np.any(mover.gain) else "open loop"
+        self.plan = plan
         self._agent, self._mover = agent, mover
         self._end = game.horizon if plan.arrival is None else plan.arrival
         self._controls, self._means = plan.controls, plan.means

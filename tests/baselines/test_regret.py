@@ -9,7 +9,7 @@ from baselines.deviations import DeviationOptions, usual_deviations
 from baselines.regret import EVALUATION
 from ppg_env import Game, InputError, make_game
 from ppg_env.env.episodes import evaluate, mean_interval
-from ppg_env.env.players import straight_players, track
+from ppg_env.env.players import GoToGoal, straight_players, track
 from ppg_env.scenarios.make import override_game
 from solvers import best_feedback_response, best_response_dynamics, feedback_optimum
 from tests.baselines.small import ROLLOUT
@@ -41,8 +41,9 @@ def test_a_grid_is_used_where_it_applies() -> None:
     assert usual_deviations(make_game("head_on")) == ("grid", "planned")
     assert usual_deviations(make_game("intersection3")) == ("planned", "trained")
     three = make_game("intersection3")
-    with pytest.raises(InputError, match="agents"):
-        regret_bounds(three, straight_players(three), deviations=["grid"], episodes=100)
+    blind = [GoToGoal(three, i) for i in range(3)]
+    with pytest.raises(InputError, match="follows no plan"):
+        regret_bounds(three, blind, deviations=["grid"], episodes=100)
 
 
 def test_the_gain_on_a_grid_is_that_of_the_best_response() -> None:

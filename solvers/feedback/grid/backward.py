@@ -37,9 +37,13 @@ class Chooser(Protocol):
     """Chooses actions at a stage."""
 
     agents: tuple[int, ...]
-    stationary: bool
     together: bool
     kept: int
+
+    @property
+    def stationary(self) -> bool:
+        """Whether all stages before the latest one have the same game."""
+        ...
 
     def choose(
         self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]

@@ -11,7 +11,8 @@ from solvers.feedback.grid.event_table import no_events
 from solvers.feedback.grid.frozen_players import Observer, grid_actions
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.moves import after, project
-from solvers.feedback.grid.stage_kernels import Side, erode, reach_of, respond, settle
+from solvers.feedback.grid.response_kernels import respond
+from solvers.feedback.grid.stage_kernels import Side, erode, reach_of, settle
 from solvers.feedback.grid.state_grid import Grid
 
 STARTS = ("selfish", "social", "swapped")
@@ -155,10 +156,10 @@ class StageEquilibrium:
 class Response:
     """Best actions of one agent against a given player.
 
-    A player that does not observe others is asked at each of its own grid states only.
+    A player that does not observe others is asked at each of its own grid states only, and a player
+    that has an attribute ``steady_until`` once for all times up to it.
     """
 
-    stationary = False
     together = False
     kept = 1
 
@@ -166,17 +167,25 @@ class Response:
         self._model, self._agent, self.player = model, agent, player
         self.agents: tuple[int, ...] = (agent,)
         self._observer = Observer(model.game, model.rules, 1 - agent)
+        self._steady_until = getattr(player, "steady_until", -1)
+        self._clock, self._steady_ends = 0, np.zeros((0, 0, 0), np.float32)
+
+    @property
+    def stationary(self) -> bool:
+        """Whether the player acts as in the latest stage at all earlier times."""
+        return self._clock <= self._steady_until
 
     def choose(self, clock: int, fields: list[np.ndarray], ahead: dict[int, np.ndarray]) -> Costs:
         """Return costs and actions of the agent."""
         model, agent, other = self._model, self._agent, 1 - self._agent
+        self._clock = clock
         side, grid = model.side(agent, clock, ahead[agent]), model.grids[other]
         field = fields[0] if agent == 1 else np.ascontiguousarray(fields[0].T)
         out, best = np.empty_like(field), np.empty(field.shape, np.int32)
         respond(
             field, side, model.risk, agent == 0, model.crash[agent], model.lam[agent],
             reach_of(side), grid.low, grid.step, grid.shape, grid.points, self._other_ends(clock),
-            model.stays(other), out, best,
+            model.stays(agent), model.stays(other), out, best,
         )  # fmt: skip
         if agent == 0:
             out, best = np.ascontiguousarray(out.T), best.T
@@ -190,8 +199,13 @@ class Response:
 
     def _other_ends(self, clock: int) -> np.ndarray:
         """Return the states (K_other, K_own or 1, 2) of the other agent after its moves."""
+        if self._steady_ends.size:
+            return self._steady_ends
         ends = self._ends(clock, self._model.grids[self._agent], None)
-        return np.ascontiguousarray(ends.transpose(1, 0, 2))
+        ends = np.ascontiguousarray(ends.transpose(1, 0, 2))
+        if self.stationary and self._model.clock_free:
+            self._steady_ends = ends
+        return ends
 
     def _ends(self, clock: int, own: Grid, parked: int | None) -> np.ndarray:
         """Return the other's ends (K_own or 1, K_other, 2), with the agent at points of ``own``."""

@@ -26,6 +26,7 @@ from solvers.feedback.grid.feedback_solution import FeedbackSolution
 from solvers.feedback.grid.joint_model import JointModel, check_extent, make_joint_model
 from solvers.feedback.grid.player import FeedbackPlayer, Policy
 from solvers.feedback.grid.single_agent import solve_single
+from solvers.feedback.grid.state_grid import AXES
 
 FINER = 0.8
 """Step of a response to a feedback policy, as a part of the step of that policy."""
@@ -69,7 +70,7 @@ def feedback_optimum(
         If the game does not fit on a grid, or a limit does not suffice.
     """
     if len(game.agents) == 1:
-        return _single(game, rules, step, memory_limit, time_limit, progress)
+        return _single(game, rules, 0, (), step, memory_limit, time_limit, progress)
     model = make_joint_model(game, rules, step)
     return _solve("optimum", model, JointOptimum(model), memory_limit, time_limit, progress)
 
@@ -114,18 +115,22 @@ def best_feedback_response(
     time_limit: float | None = None,
     progress: OnProgress | None = None,
 ) -> FeedbackSolution:
-    """Return the best feedback policy of ``agent`` against the other one of ``players``.
+    """Return the best feedback policy of ``agent`` against the others of ``players``.
 
-    The other player may be of any kind whose actions depend on what it observes alone; it is asked
+    With two agents of up to two state components each, the policy observes both.  The other player
+    may be of any kind whose actions depend on what it observes alone; it is asked
     at every joint grid state and time.  If it is a feedback policy from a grid, the default
     ``step`` is finer than that of its grid, so that its errors there are found.
+
+    In other games all others must track plans, and the policy observes its own state, of up to
+    four components: the others are met where their plans and the noise lead them.
 
     Other parameters are those of :func:`feedback_optimum`.
     """
     check_players(game, players)
     require(0 <= agent < len(players), "agent", f"is {agent}", "count agents from 0")
-    if len(players) == 1:
-        return _single(game, rules, step, memory_limit, time_limit, progress)
+    if len(players) != 2 or any(mover.state_dim > AXES for mover in game.agents):
+        return _single(game, rules, agent, players, step, memory_limit, time_limit, progress)
     other = players[1 - agent]
     if step is None and isinstance(other, FeedbackPlayer):
         step = FINER * other.policy.model.step
@@ -138,17 +143,20 @@ def best_feedback_response(
 def _single(
     game: Game,
     rules: Rules | None,
+    agent: int,
+    players: Sequence[Player],
     step: float | None,
     memory_limit: float,
     time_limit: float | None,
     progress: OnProgress | None,
 ) -> FeedbackSolution:
-    """Return the policy of a game of one agent, for which optimum and response are the same."""
+    """Return the policy of an agent among players that follow plans, if there are others."""
     rules = (Rules() if rules is None else rules).of(game)
-    check_extent(game, rules)
+    check_extent(game, rules, alone=True)
     return solve_single(
-        game, rules, step=step, memory_limit=memory_limit, time_limit=time_limit, progress=progress
-    )
+        game, rules, agent, players, step=step, memory_limit=memory_limit, time_limit=time_limit,
+        progress=progress,
+    )  # fmt: skip
 
 
 def _check_selfish(model: JointModel) -> None:

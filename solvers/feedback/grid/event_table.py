@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
+from ppg_env.game.dynamics import square_root
 from ppg_env.game.polytope import Polytope
 from ppg_env.support.compilation import njit
 from solvers.feedback.events.sharp_events import overlap_probability, swept_probability
@@ -33,13 +35,40 @@ OUTSIDE = 1e-6
 """Distance to a face of starts that are moved out of a set."""
 
 
+NODES, NODE_WEIGHTS = np.array([-np.sqrt(3.0), 0.0, np.sqrt(3.0)]), np.array([1, 4, 1]) / 6
+"""Quadrature of a standard normal, for the place of a body before a swept step."""
+
+
 @dataclass(frozen=True)
 class Hazard:
-    """A collision set, and the positions (d,) of the other body before and after the step."""
+    """A collision set, and where the other body is before and after the step.
+
+    Attributes
+    ----------
+    collision : the displacements at which bodies overlap.
+    before, after : (d,) mean positions of the other body.
+    spread : (d, d) covariance of its position before the step.
+    carry, noise : (d, d) how its error before the step continues, and the covariance of what the
+        step adds.
+    """
 
     collision: Polytope
     before: np.ndarray
     after: np.ndarray
+    spread: np.ndarray
+    carry: np.ndarray
+    noise: np.ndarray
+
+    @property
+    def end(self) -> np.ndarray:
+        """(d, d) covariance of its position after the step."""
+        return np.asarray(self.carry @ self.spread @ self.carry.T + self.noise)
+
+
+def fixed_hazard(collision: Polytope) -> Hazard:
+    """Return the hazard of a body that rests at the origin."""
+    origin, none = np.zeros(collision.dim), np.zeros((collision.dim, collision.dim))
+    return Hazard(collision, origin, origin, none, np.eye(collision.dim), none)
 
 
 class Events(NamedTuple):
@@ -83,7 +112,9 @@ def instant_events(hazards: Sequence[Hazard], covariance: np.ndarray) -> Events:
     means = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     free = np.ones(means.shape[:-1])
     for hazard in hazards:
-        free *= 1.0 - overlap_probability(hazard.collision, means - hazard.after, covariance)
+        free *= 1.0 - overlap_probability(
+            hazard.collision, means - hazard.after, covariance + hazard.end
+        )
     step = np.ones(AXES)
     step[:d] = (high - low) / counts
     values = np.ascontiguousarray((1.0 - free).reshape((*free.shape, 1)[:AXES]))
@@ -143,7 +174,8 @@ def _extent(
     hazards: Sequence[Hazard], deviation: np.ndarray, reach: np.ndarray, side: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the box (d,), (d,) of positions from which a hazard can be met."""
-    room = FARTHEST * deviation + reach + OUTSIDE
+    spreads = [np.diag(h.spread if side == "before" else h.end) for h in hazards]
+    room = FARTHEST * np.sqrt(deviation**2 + np.max(spreads, axis=0)) + reach + OUTSIDE
     boxes = [
         np.stack(h.collision.bounds) + (h.before if side == "before" else h.after) for h in hazards
     ]
@@ -159,13 +191,28 @@ def _crossing(
     """Return the probabilities (...) of meeting any hazard from ``start`` (d,)."""
     free = np.ones(means.shape[:-1])
     for hazard in hazards:
-        before, after = start - hazard.before, means - hazard.after
-        depth = hazard.collision.normals @ before - hazard.collision.offsets
-        face = int(depth.argmax())
-        if depth[face] < OUTSIDE:
-            before = before + (OUTSIDE - depth[face]) * hazard.collision.normals[face]
-        free *= 1.0 - swept_probability(hazard.collision, before, after, covariance)
+        met, noise = np.zeros(means.shape[:-1]), covariance + hazard.noise
+        for weight, error in _errors(hazard.spread):
+            before, after = start - hazard.before - error, means - hazard.after
+            depth = hazard.collision.normals @ before - hazard.collision.offsets
+            face = int(depth.argmax())
+            if depth[face] < OUTSIDE:
+                before = before + (OUTSIDE - depth[face]) * hazard.collision.normals[face]
+            after = after - hazard.carry @ error
+            met += weight * swept_probability(hazard.collision, before, after, noise)
+        free *= 1.0 - met
     return 1.0 - free
+
+
+def _errors(spread: np.ndarray) -> list[tuple[float, np.ndarray]]:
+    """Return weights and nodes (d,) of a normal with covariance ``spread`` (d, d)."""
+    if not spread.any():
+        return [(1.0, np.zeros(len(spread)))]
+    root, d = square_root(spread), len(spread)
+    return [
+        (float(np.prod(NODE_WEIGHTS[list(k)])), root @ NODES[list(k)])
+        for k in product(range(len(NODES)), repeat=d)
+    ]
 
 
 @njit(cache=True)

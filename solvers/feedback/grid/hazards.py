@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from ppg_env.env.rules import Rules
 from ppg_env.game.game import Game
 from solvers.feedback.grid.event_table import (
     Events,
-    Hazard,
+    fixed_hazard,
     instant_events,
     no_events,
     swept_events,
 )
+from solvers.feedback.grid.frozen_bodies import FrozenBody, epochs, frozen_bodies
 from solvers.feedback.grid.moves import longest_move
 from solvers.feedback.grid.state_grid import Grid
 
@@ -23,8 +24,8 @@ Harms = tuple[tuple[Events, Events], ...]
 def overlaps(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Events:
     """Return the probabilities of overlaps, over displacements of agent 0 from agent 1."""
     d, (first, second) = game.dim, game.agents
-    covariance, origin = (first.noise + second.noise)[:d, :d], np.zeros(d)
-    hazards = [Hazard(game.encounters[0].collision, origin, origin)]
+    covariance = (first.noise + second.noise)[:d, :d]
+    hazards = [fixed_hazard(game.encounters[0].collision)]
     if game.collisions == "instants":
         return _with(rules, instant_events(hazards, covariance))
     reach = longest_move(first, grids[0])[:d] + longest_move(second, grids[1])[:d]
@@ -38,36 +39,31 @@ def _with(rules: Rules, events: Events) -> Events:
 
 def harms(game: Game, rules: Rules, grids: tuple[Grid, Grid]) -> Harms:
     """Return the probabilities of crashes with obstacles; the last epoch holds without end."""
+    bodies = [frozen_bodies(game, i, {}) for i in range(2)]
     return tuple(
-        (harm_of(game, rules, 0, clock, grids[0]), harm_of(game, rules, 1, clock, grids[1]))
-        for clock in range(epochs(game, rules))
+        (
+            harm_of(game, rules, 0, clock, grids[0], bodies[0]),
+            harm_of(game, rules, 1, clock, grids[1], bodies[1]),
+        )
+        for clock in range(epochs(bodies[0], rules.steps(game)))
     )
 
 
-def epochs(game: Game, rules: Rules) -> int:
-    """Return the number of first steps in which obstacles differ; the last one stands for more."""
-    moving = [obstacle for obstacle in game.obstacles if obstacle.path is not None]
-    ends = [max(obstacle.rest, obstacle.until or 0) + 1 for obstacle in moving]
-    return min(max(ends, default=1), rules.steps(game))
+def harm_of(
+    game: Game, rules: Rules, agent: int, clock: int, grid: Grid, bodies: Sequence[FrozenBody]
+) -> Events:
+    """Return the probabilities of crashes of ``agent`` with ``bodies`` in the step from ``clock``.
 
-
-def harm_of(game: Game, rules: Rules, agent: int, clock: int, grid: Grid) -> Events:
-    """Return the probabilities of crashes of ``agent`` in the step from ``clock``."""
+    The first axes of ``grid`` are positions.
+    """
     d, swept = game.dim, game.collisions == "swept"
-    hazards = []
-    for encounter in game.encounters:
-        if encounter.obstacle is None or encounter.agents[0] != agent:
-            continue
-        obstacle = game.obstacles[encounter.obstacle]
-        event = clock if swept else clock + 1
-        if obstacle.until is None or event < obstacle.until:
-            path = obstacle.positions(clock + 1)
-            hazards.append(Hazard(encounter.collision, path[clock], path[clock + 1]))
-    if not hazards:
+    hazards = [body.hazard(clock, swept=swept) for body in bodies]
+    present = [hazard for hazard in hazards if hazard is not None]
+    if not present:
         return _with(rules, no_events())
     noise = game.agents[agent].noise[:d, :d]
     if not swept:
-        return _with(rules, instant_events(hazards, noise))
+        return _with(rules, instant_events(present, noise))
     reach = longest_move(game.agents[agent], grid)[:d]
-    events = swept_events(hazards, noise, grid.step[:d], grid.low[:d], reach)
+    events = swept_events(present, noise, grid.step[:d], grid.low[:d], reach)
     return _with(rules, events)

@@ -171,11 +171,15 @@ def make_joint_model(game: Game, rules: Rules | None, step: float | None) -> Joi
     return JointModel(game, rules, float(step), grids, filters, risk, harm)
 
 
-def check_extent(game: Game, rules: Rules) -> None:
-    """Refuse games and rules without a grid model."""
+def check_extent(game: Game, rules: Rules, *, alone: bool = False) -> None:
+    """Refuse games and rules without a grid model.
+
+    ``alone``: one agent is solved for, while all others follow plans.
+    """
     plan = "use planners, or learned players"
-    count, most = len(game.agents), AXES if len(game.agents) > 1 else MOST_AXES
-    require(count <= 2, "game", f"has {count} agents", "give one or two")
+    count = len(game.agents)
+    most = MOST_AXES if alone or count == 1 else AXES
+    require(alone or count <= 2, "game", f"has {count} agents", "give one or two")
     require(game.dim <= AXES, "game", "is in space", plan)
     for i, agent in enumerate(game.agents):
         require(
@@ -184,10 +188,10 @@ def check_extent(game: Game, rules: Rules) -> None:
             f"has {agent.state_dim} state components, and a grid has {most} per agent",
             plan,
         )
-    for k, obstacle in enumerate(game.obstacles):
-        parks = obstacle.path is not None and rules.on_goal == "stay"
-        require(not parks, f"obstacle[{k}]", "moves, and arrived bodies stay", plan)
-        drifts = obstacle.path is not None and obstacle.noise.any()
-        require(not drifts, f"obstacle[{k}]", "drifts", plan)
+    moving = [f"obstacle[{k}]" for k, body in enumerate(game.obstacles) if body.path is not None]
+    if alone:
+        moving += [f"agent[{i}]" for i in range(count)] if count > 1 else []
+    parks = moving and rules.on_goal == "stay"
+    require(not parks, moving[0] if moving else "", "moves, and arrived bodies stay", plan)
     require(rules.arrival == "region", "arrival", "is 'schedule'", "use 'region'")
     require(rules.reward == "risk", "reward", "is 'margin'", "use 'risk'")

@@ -13,7 +13,8 @@ from solvers.feedback.grid.event_table import chances_of
 from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.moves import stencils
 from solvers.feedback.grid.places import make_places
-from solvers.feedback.grid.stage_kernels import Side, reach_of, respond
+from solvers.feedback.grid.response_kernels import respond
+from solvers.feedback.grid.stage_kernels import Side, reach_of
 from solvers.feedback.grid.state_grid import AXES, Grid
 
 Both = tuple[np.ndarray, np.ndarray]
@@ -53,8 +54,8 @@ class Passing:
         ends = np.ascontiguousarray(grid.points[:, None], dtype=np.float32)
         respond(
             field, side, model.risk, mover == 0, cost, float(model.lam[mover]), reach_of(side),
-            grid.low, grid.step, grid.shape, grid.points, ends, np.zeros(grid.size, np.float32),
-            out, best,
+            grid.low, grid.step, grid.shape, grid.points, ends, model.stays(mover),
+            np.zeros(grid.size, np.float32), out, best,
         )  # fmt: skip
         points = np.arange(field.shape[1])[None]
         index, weight = side.index[points, best], side.weight[points, best]

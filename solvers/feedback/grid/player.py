@@ -94,6 +94,14 @@ class FeedbackPlayer:
         self._bodies: dict[tuple[int, tuple[int, int]], Body] = {}
         self._observer = Observer(policy.model.game, policy.model.rules, 1 - agent)
 
+    @property
+    def steady_until(self) -> int:
+        """The time up to which the actions do not depend on the clock; -1 if there is none."""
+        policy = self.policy
+        if not policy.stages.stationary or policy.partner is not None:
+            return -1
+        return policy.model.rules.steps(policy.model.game) - len(policy.stages.choice)
+
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m)."""
         mover = self.policy.model.game.agents[self.agent]

@@ -1,12 +1,14 @@
-"""Feedback policies of one agent without others, by dynamic programming on a grid of its state.
+"""Feedback policies of one agent from its own state, by dynamic programming on a grid of it.
 
 The state has up to four components, such as those of a double integrator in the plane.  Crashes
-with obstacles and arrivals have their Gaussian probabilities, as for two agents.
+with obstacles and arrivals have their Gaussian probabilities, as for two agents.  Other agents may
+follow plans: they are bodies on paths, and what the noise does to them is not observed
+(:mod:`solvers.feedback.grid.frozen_bodies`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import monotonic
 
@@ -17,6 +19,7 @@ from ppg_env.env.rules import Rules
 from ppg_env.game.game import Game
 from solvers.feedback.grid.backward import SPARE, STATIONARY, check_memory, check_time
 from solvers.feedback.grid.feedback_solution import FeedbackSolution
+from solvers.feedback.grid.frozen_bodies import followed_plans, frozen_bodies
 from solvers.feedback.grid.joint_model import FLOAT
 from solvers.feedback.grid.single_kernels import decide, step_back, value_at
 from solvers.feedback.grid.single_model import SingleModel, make_single_model
@@ -29,14 +32,16 @@ class SinglePolicy:
 
     model: SingleModel
     fields: np.ndarray
+    others: dict[int, Player]
 
     def players(self) -> list[Player]:
-        """Return the player."""
-        return [SinglePlayer(self)]
+        """Return one player per agent."""
+        every = self.others | {self.model.agent: SinglePlayer(self)}
+        return [every[i] for i in sorted(every)]
 
 
 class SinglePlayer:
-    """Plays the agent of a solution from its own state and the clock."""
+    """Plays the agent that was solved for from its own state and the clock."""
 
     information = "own state"
 
@@ -46,13 +51,13 @@ class SinglePlayer:
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m)."""
         model, fields = self._policy.model, self._policy.fields
-        agent = model.game.agents[0]
+        agent, own = model.own, model.agent
         action = np.zeros((len(view.clock), agent.control_dim))
         for clock in np.unique(view.clock).tolist():
-            rows = np.flatnonzero((view.clock == clock) & view.in_traffic[:, 0])
+            rows = np.flatnonzero((view.clock == clock) & view.in_traffic[:, own])
             left = max(model.rules.steps(model.game) - clock, 1)
             chosen = np.zeros((rows.size, agent.control_dim))
-            states = padded(view.state[rows, 0, : agent.state_dim], MOST_AXES)
+            states = padded(view.state[rows, own, : agent.state_dim], MOST_AXES)
             field = fields[min(left, len(fields)) - 1]
             decide(model.mover(clock), model.harm(clock), field, states, chosen)
             action[rows] = chosen
@@ -62,16 +67,23 @@ class SinglePlayer:
 def solve_single(
     game: Game,
     rules: Rules,
+    agent: int,
+    players: Sequence[Player],
     *,
     step: float | None,
     memory_limit: float,
     time_limit: float | None,
     progress: Callable[[int, int], None] | None,
 ) -> FeedbackSolution:
-    """Return the policy of least expected cost; arguments are those of ``feedback_optimum``."""
+    """Return the policy of least expected cost of ``agent``.
+
+    The others of ``players`` follow plans; other arguments are those of ``feedback_optimum``.
+    """
     began = monotonic()
-    model = make_single_model(game, rules, step)
-    total, lam = rules.steps(game), float(game.agents[0].lam)
+    others = {j: player for j, player in enumerate(players) if j != agent}
+    bodies = frozen_bodies(game, agent, followed_plans(others))
+    model = make_single_model(game, rules, agent, bodies, step)
+    total, lam = rules.steps(game), float(model.own.lam)
     needed = FLOAT * model.size * (total + SPARE)
     check_memory(needed, memory_limit)
     fields, value = np.empty((total, model.size), np.float32), np.zeros(model.size, np.float32)
@@ -86,16 +98,14 @@ def solve_single(
         if progress is not None:
             progress(done, total)
         check_time(began, time_limit, done, total)
-    agent = game.agents[0]
-    at_goal = np.array_equal(agent.start[: agent.goal.size], agent.goal)
-    start = 0.0
-    if not at_goal:
-        start = float(value_at(model.mover(0), value, padded(agent.start, MOST_AXES)))
+    own, start = model.own, 0.0
+    if not np.array_equal(own.start[: own.goal.size], own.goal):
+        start = float(value_at(model.mover(0), value, padded(own.start, MOST_AXES)))
     return FeedbackSolution(
         game=game,
         rules=rules,
-        kind="optimum",
-        agents=(0,),
+        kind="response" if others else "optimum",
+        agents=(agent,),
         value=(start,),
         step=model.step,
         stages=done,
@@ -103,5 +113,5 @@ def solve_single(
         without_equilibrium=0.0,
         memory=needed,
         seconds=monotonic() - began,
-        policy=SinglePolicy(model, fields[:done]),
+        policy=SinglePolicy(model, fields[:done], others),
     )

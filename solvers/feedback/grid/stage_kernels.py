@@ -165,41 +165,6 @@ def settle(fields, first, second, risk, crash, lam, choice, out):
                 out[f, x, y] = value + effort + lam[f]
 
 
-@njit(cache=True, parallel=True)
-def respond(field, side, risk, own_first, crash, lam, reach, low, step, shape, points, other_end,
-            other_stays, out, best):  # fmt: skip
-    """Write the least cost of an agent against the other's given moves, and its actions.
-
-    ``other_end`` (L, K or 1, 2) are the other's states after its move at each joint state, or at
-    each of its own; on its grid
-    (``low``, ``step``, ``shape``, ``points``); ``other_stays`` (L,) its probability of no arrival.
-    """
-    for z in prange(out.shape[0]):
-        index, weight = np.empty(16, np.int64), np.empty(16)
-        w0, w1, values = np.empty(4), np.empty(4), np.empty(side.cost.shape[1], np.float32)
-        full, count, stays = other_end.shape[1] > 1, 0, 1.0
-        mixed = np.empty((1, 1 if full else out.shape[1]), np.float32)
-        for x in range(out.shape[1]):
-            end = other_end[z, x if full else 0]
-            if full or x == 0:
-                count = stencil(low, step, shape, end[0], end[1], w0, w1, index, weight)
-            near = is_near(risk, own_first, side.points[x], points[z], reach[x], end)
-            if (full and near) or x == 0:
-                stays = 0.0
-                for t in range(count):
-                    stays += weight[t] * other_stays[index[t]]
-            if not full and x == 0:
-                mixed[:] = 0.0
-                for t in range(count):
-                    mixed[0] += np.float32(weight[t]) * field[index[t]]
-                index[0], weight[0], count = 0, 1.0, 1
-            source = field if full else mixed
-            a, value = best_move(source, side, risk, own_first, crash, x, points[z], index[:count],
-                                 weight[:count], end, stays, near, values)  # fmt: skip
-            out[z, x] = value + lam
-            best[z, x] = a
-
-
 @njit(cache=True)
 def stencil(low, step, shape, first, second, w0, w1, index, weight):
     """Write the points and weights of the interpolant at (first, second); return their number."""

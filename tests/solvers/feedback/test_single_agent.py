@@ -93,9 +93,6 @@ def test_limits_and_games_that_do_not_fit_end_with_words(tmp_path):
         feedback_optimum(game, memory_limit=1e4)
     with pytest.raises(InputError, match=r"time_limit.*1 of 12 stages"):
         feedback_optimum(game, step=8.0, time_limit=0.0)
-    drifting = block(path=np.zeros((3, 2)), noise=1.0)
-    with pytest.raises(InputError, match="drifts"):
-        feedback_optimum(spacecraft(obstacles=(drifting,)))
     in_space = make_game("intersection_3d")
     in_space = replace(in_space, agents=in_space.agents[:2])
     with pytest.raises(InputError, match="is in space"):
