@@ -22,6 +22,7 @@ import numpy as np
 
 from benchmarks.speed.measurement import Measurement
 from ppg_env.env.episodes import evaluate
+from ppg_env.env.normals import Normals
 from ppg_env.env.parallel_env import PathPlanningEnv
 from ppg_env.env.players import straight_players
 from ppg_env.env.simulator import Simulator
@@ -51,9 +52,10 @@ def on_one_core() -> Iterator[None]:
 
 
 def _measurements(steps: int, seed: int) -> Iterator[Measurement]:
-    ours, normals = batched_rates(steps, seed)
+    ours, normals, compiled = batched_rates(steps, seed)
     yield _rate("batched: million agent-steps per second", ours / 1e6)
-    yield _rate("batched: share of the rate of drawing its normals", ours / normals, 0.4)
+    yield _rate("batched: share of NumPy's rate of drawing its normals", ours / normals, 0.4)
+    yield _rate("batched: drawing its normals, times NumPy's rate", compiled / normals)
     rivals = (("JaxMARL simple_spread", jaxmarl, 10), ("VMAS navigation", vmas, 60))
     for name, rival, target in rivals:
         theirs = _if_installed(rival, max(steps // 10, 2))
@@ -65,7 +67,8 @@ def _measurements(steps: int, seed: int) -> Iterator[Measurement]:
     theirs = _if_installed(mpe2, steps)
     if theirs is not None:
         yield _rate(f"single: times MPE2 simple_spread ({theirs:.3g}/s)", single / theirs, 10)
-    yield Measurement("MiB more after the steps", memory_growth(1000 * steps, seed), 10)
+    what = f"MiB more after {1e3 * steps:.0e} single and {1e4 * steps:.0e} batched steps"
+    yield Measurement(what, memory_growth(1000 * steps, seed), 10)
     yield Measurement("tracking 10^5 episodes of two agents, s", tracking_seconds(steps, seed), 1)
 
 
@@ -85,8 +88,11 @@ def _rate(what: str, value: float, target: float = 0.0) -> Measurement:
     return Measurement(what, value, target, at_least=True)
 
 
-def batched_rates(steps: int, seed: int) -> tuple[float, float]:
-    """Return agent-steps per second of the simulator, and of drawing its normals."""
+def batched_rates(steps: int, seed: int) -> tuple[float, float, float]:
+    """Return agent-steps per second of the simulator, and of drawing its normals alone.
+
+    These are drawn by NumPy, and last by the simulator's own code, which draws the same ones.
+    """
     simulator = Simulator(make_game("head_on"), copies=COPIES, seed=seed)
     simulator.reset()
     shape = (8, COPIES, *simulator.low.shape)
@@ -95,8 +101,10 @@ def batched_rates(steps: int, seed: int) -> tuple[float, float]:
     before = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
     spent = _seconds(lambda k: simulator.step(actions[k % 8]), steps)
     after = _seconds(lambda k: simulator.random.standard_normal(out=simulator._noise), steps)
+    draws = Normals()
+    own = _seconds(lambda k: draws.fill(simulator.random, simulator._noise), steps)
     work = COPIES * len(simulator.game.agents) * steps
-    return work / spent, 2 * work / (before + after)
+    return work / spent, 2 * work / (before + after), work / own
 
 
 def single_rate(steps: int, seed: int) -> float:
@@ -118,8 +126,13 @@ def single_rate(steps: int, seed: int) -> float:
 
 
 def memory_growth(steps: int, seed: int) -> float:
-    """Return the MiB by which peak memory rises over ``steps`` steps, after a warm-up."""
+    """Return the MiB by which peak memory rises, after a warm-up.
+
+    The environment makes ``steps`` steps, and all copies of a simulator together ten times as many.
+    """
     env = PathPlanningEnv("head_on")
+    simulator = Simulator(env.game, copies=COPIES, seed=seed)
+    simulator.reset()
     env.reset(seed=seed)
     still = {a: np.zeros(2, np.float32) for a in env.possible_agents}
 
@@ -128,6 +141,8 @@ def memory_growth(steps: int, seed: int) -> float:
             if not env.agents:
                 env.reset()
             env.step({a: still[a] for a in env.agents})
+        for _ in range(10 * count // COPIES):
+            simulator.step(np.zeros(simulator.low.shape))
 
     run(2000)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

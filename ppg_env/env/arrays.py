@@ -52,8 +52,8 @@ class Tables(NamedTuple):
     number of faces of each copy if the bodies differ between copies, else 0;
     units (3, H'+1, faces) lengths of one unit of margin, and the squares of those due to either
     body alone, the last row for all later times; no faces unless ``margin_reward``;
-    extents (2, N + O, d) of all bodies; empty if there are too few to find pairs by sorting
-    (:mod:`ppg_env.env.encounter_tables`);
+    extents (2, N + O, d) of all bodies (:mod:`ppg_env.env.encounter_tables`); sorting, whether
+    there are so many that sorting finds the pairs that can meet;
     crash_cost kappa;
     centre (d,) and scale of observations (:mod:`ppg_env.env.observation`).
     """
@@ -90,6 +90,7 @@ class Tables(NamedTuple):
     depths: np.ndarray
     units: np.ndarray
     extents: np.ndarray
+    sorting: bool
     margin_cap: float
     crash_cost: float
     scheduled: bool

@@ -16,21 +16,21 @@ from ppg_env.support.compilation import njit
 
 @njit(cache=True)
 def sweep(
-    axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair, own_faces,
-    normals, depths, extents, crashed, overlap,
+    first_copy, last_copy, axes, before, state, status, arrived, clock, swept, stay,
+    obstacle_times, pair, own_faces, normals, depths, extents, crashed, overlap,
 ):  # fmt: skip
-    """Flag encounters in traffic that overlap; arguments are those of ``collide`` and ``extents``.
+    """Flag encounters in traffic that overlap; arguments are those of ``collide``.
 
     Encounters are those of all pairs of agents, then of each agent with each obstacle.
     """
-    C, N = status.shape
+    N = status.shape[1]
     M, pairs = extents.shape[1], N * (N - 1) // 2
     presence = np.empty(state.shape[1] + 1, np.int64)
     place, present = np.arange(M), np.empty(M, np.int64)
     for b in range(N, M):  # the body of an obstacle, -1 at rest
         place[b] = pair[pairs + b - N, 1]
     low, high = np.empty((M, len(axes))), np.empty((M, len(axes)))
-    for c in range(C):
+    for c in range(first_copy, last_copy):
         crashed[c, :] = False
         overlap[c, :] = False
         mark_presence(c, clock[c] - swept, status, arrived, swept, stay, obstacle_times, presence)

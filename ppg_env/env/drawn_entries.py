@@ -56,6 +56,15 @@ class DrawnEntries:
         index = np.arange(N)
         self._order = np.array([[i, *np.delete(index, i)] for i in index])
 
+    def require_same(self, others: DrawnEntries) -> None:
+        """Raise :class:`InputError` unless the ``others`` are the same fields."""
+        require(
+            others.fields == self.fields,
+            "randomize",
+            f"draws {_listed(others.fields)} where observations hold {_listed(self.fields)}",
+            "draw the same fields, or make a new environment",
+        )
+
     def read(self, values: CopyValues, rows: np.ndarray) -> np.ndarray:
         """Return the entries (M, N, size) of the copies ``rows``."""
         M, N = len(rows), len(self._order)
@@ -77,3 +86,8 @@ class DrawnEntries:
             high = 1.0 if field == "lam" else length
             result += [(-length if field == "goal" else 0.0, high)] * (k if alone else N * k)
         return result
+
+
+def _listed(fields: list[tuple[str, int, bool]]) -> str:
+    names = [f"a shared {field}" if shared else field for field, _, shared in fields]
+    return " and ".join(names) or "no draws"

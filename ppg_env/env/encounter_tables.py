@@ -41,7 +41,8 @@ def encounter_tables(game: Game, margin_reward: bool) -> dict[str, Any]:
         "offsets": faces.offsets,
         "depths": faces.depths,
         "units": margin_units(game) if margin_reward else np.zeros((3, game.horizon + 1, 0)),
-        "extents": extents(game) if bodies >= MANY_BODIES else np.zeros((2, 0, game.dim)),
+        "extents": extents(game),
+        "sorting": bodies >= MANY_BODIES,
         "margin_cap": game.margin_cap,
         "crash_cost": game.crash_cost,
     }

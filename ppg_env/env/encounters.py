@@ -5,7 +5,8 @@ has j = -1 for an obstacle at rest.  It is in traffic if both bodies are there a
 moves.
 
 An event is an instant, or with ``swept`` the step that has just been made, in which agents that
-arrive take part.  Arguments are as in :mod:`ppg_env.env.kernel`.
+arrive take part.  Arguments are as in :mod:`ppg_env.env.kernel`; functions look at the copies from
+``first_copy`` up to ``last_copy``.
 """
 
 from __future__ import annotations
@@ -43,18 +44,17 @@ def mark_presence(c, time, status, arrived, swept, stay, obstacle_times, presenc
 
 @njit(cache=True)
 def price_margins(
-    axes, before, state, status, arrived, parked, clock, swept, stay, obstacle_times, lam, cap,
-    pair, normals, offsets, units, safety_cost,
+    first_copy, last_copy, axes, before, state, status, arrived, parked, clock, swept, stay,
+    obstacle_times, lam, cap, pair, normals, offsets, units, safety_cost,
 ):  # fmt: skip
     """Charge the agents of encounters in traffic for margins below the cap.
 
     At instants this comes before the move; with ``swept`` after it, for the step.
     """
-    C, N = status.shape
-    last = units.shape[1] - 1
+    N, last = status.shape[1], units.shape[1] - 1
     presence = np.empty(state.shape[1] + 1, np.int64)
     frozen = np.empty((2 * stay, offsets.size))
-    for c in range(C):
+    for c in range(first_copy, last_copy):
         for i in range(N):
             safety_cost[c, i] = 0.0
         time = clock[c] - swept
@@ -86,38 +86,56 @@ def price_margins(
 
 @njit(cache=True)
 def collide(
-    own_bodies, axes, before, state, status, arrived, clock, swept, stay, obstacle_times, pair,
-    own_faces, normals, depths, crashed, overlap,
+    first_copy, last_copy, axes, before, state, status, arrived, clock, swept, stay,
+    obstacle_times, pair, own_faces, normals, depths, extents, crashed, overlap,
 ):  # fmt: skip
     """Flag encounters in traffic that overlap, at the end of the step or during it.
 
-    Each copy has ``own_faces`` faces of its own if the tuple ``own_bodies`` is not empty.
+    Each copy has ``own_faces`` faces of its own, none if the copies share them.  Faces are
+    looked at only where the boxes around the bodies overlap, whose sizes are ``extents``: that is
+    decided without branches, and rare enough to be predicted.
     """
-    C, N = status.shape
-    presence = np.empty(state.shape[1] + 1, np.int64)
-    plain = not (swept or stay or obstacle_times.size)  # the paper's rules need no presence
+    N, C = status.shape[1], last_copy - first_copy
+    pairs, obstacles = N * (N - 1) // 2, extents.shape[1] - N
+    crashed[first_copy:last_copy] = False
+    overlap[first_copy:last_copy] = False
+    presence = np.empty((state.shape[1] + 1, C), np.int8)
     for c in range(C):
-        for i in range(N):
-            crashed[c, i] = False
-        if not plain:
-            mark_presence(c, clock[c] - swept, status, arrived, swept, stay, obstacle_times,
-                          presence)  # fmt: skip
-        for e in range(pair.shape[0]):
-            i, j = pair[e, 0], pair[e, 1]
-            overlap[c, e] = False
-            if plain:
-                if status[c, i] != TRAFFIC or (j >= 0 and status[c, j] != TRAFFIC):
-                    continue
-            elif presence[i] + presence[j] <= MOVING:
-                continue
-            shift = c * own_faces * len(own_bodies)
-            first, last = pair[e, 2] + shift, pair[e, 3] + shift
+        time = clock[first_copy + c] - swept
+        mark_presence(first_copy + c, time, status, arrived, swept, stay, obstacle_times,
+                      presence[:, c])  # fmt: skip
+    now, earlier = state[first_copy:last_copy], before[first_copy:last_copy]
+    at_rest, near = np.zeros((C, 1, len(axes))), np.empty(C, np.bool_)
+    for e in range(pair.shape[0]):
+        i, j = pair[e, 0], pair[e, 1]
+        body = j if e < pairs else N + (e - pairs) % obstacles
+        own, other = now[:, i], now[:, j] if j >= 0 else at_rest[:, 0]
+        for c in range(C):
+            near[c] = presence[i, c] + presence[j, c] > MOVING
+        for k in range(len(axes)):
+            low = extents[0, body, k] - extents[1, i, k]
+            high = extents[1, body, k] - extents[0, i, k]
             if swept:
-                met = crossing(axes, before, state, c, i, j, normals, depths, first, last)
+                start, other_start = earlier[:, i], earlier[:, j] if j >= 0 else at_rest[:, 0]
+                for c in range(C):
+                    first, last = start[c, k] - other_start[c, k], own[c, k] - other[c, k]
+                    beyond = ((first > high) & (last > high)) | ((first < low) & (last < low))
+                    near[c] = near[c] & (not beyond)
             else:
-                met = inside(axes, state, c, i, j, normals, depths, first, last)
+                for c in range(C):
+                    away = own[c, k] - other[c, k]
+                    near[c] = near[c] & (not ((away > high) | (away < low)))
+        for c in range(C):
+            if not near[c]:
+                continue
+            shift = (first_copy + c) * own_faces
+            begin, end = pair[e, 2] + shift, pair[e, 3] + shift
+            if swept:
+                met = crossing(axes, earlier, now, c, i, j, normals, depths, begin, end)
+            else:
+                met = inside(axes, now, c, i, j, normals, depths, begin, end)
             if met:
-                overlap[c, e] = True
-                crashed[c, i] = True
+                overlap[first_copy + c, e] = True
+                crashed[first_copy + c, i] = True
                 if 0 <= j < N:
-                    crashed[c, j] = True
+                    crashed[first_copy + c, j] = True

@@ -64,7 +64,9 @@ def observation_frame(game: Game) -> tuple[np.ndarray, float]:
 
 
 def write_observations(
-    own_goals: tuple[int, ...],
+    varied: bool,
+    first: int,
+    last: int,
     state_axes: tuple[int, ...],
     axes: tuple[int, ...],
     marks: np.ndarray,
@@ -80,23 +82,24 @@ def write_observations(
     stay: bool,
     out: np.ndarray,
 ) -> None:
-    """Write the observations of the copies whose mark is ``marked`` to ``out`` (C, N, entries).
+    """Write observations of copies to ``out`` (C, N, entries).
+
+    Copies are those from ``first`` up to ``last`` whose mark is ``marked``.
 
     The kernel compiles this function; arguments are as in :mod:`ppg_env.env.kernel`.  Goals (N, n)
-    are those of all copies, or (C N, n) each one's own if ``own_goals`` is not empty.
+    are those of all copies, or (C N, n) each one's own if ``varied``.
     """
-    C, N = status.shape
-    n, d = len(state_axes), len(axes)
+    N, n, d = status.shape[1], len(state_axes), len(axes)
     inverse, share = 1.0 / scale, 1.0 / max_cycles
-    for c in range(C):
+    for c in range(first, last):
         if marks[c] != marked:
             continue
-        row = c * N * len(own_goals)
+        row = c * N * varied
         for i in range(N):
             w = 0
             for k in range(n):
-                target = goal[row + i, k] if k < goal_size[i] else 0.0
-                out[c, i, w] = (state[c, i, k] - target) * inverse
+                target = goal[row + i, k]
+                out[c, i, w] = (state[c, i, k] - (target if k < goal_size[i] else 0.0)) * inverse
                 w += 1
             for k in range(d):
                 out[c, i, w] = (state[c, i, k] - centre[k]) * inverse
@@ -107,18 +110,19 @@ def write_observations(
             for j in range(N):
                 if j == i:
                     continue
-                present = status[c, j] == TRAFFIC or (stay and status[c, j] == ARRIVED)
+                # Chosen without a branch: who is there cannot be predicted.
+                present = (status[c, j] == TRAFFIC) | (stay & (status[c, j] == ARRIVED))
                 out[c, i, w] = 1.0 if present else 0.0
                 w += 1
                 for k in range(n):
-                    value = 0.0
-                    if present:
-                        value = state[c, j, k] - (state[c, i, k] if k < d else 0.0)
-                    out[c, i, w] = value * inverse
+                    value = (state[c, j, k] - (state[c, i, k] if k < d else 0.0)) * inverse
+                    out[c, i, w] = value if present else 0.0
                     w += 1
 
 
 def write_obstacles(
+    first: int,
+    last: int,
     axes: tuple[int, ...],
     marks: np.ndarray,
     marked: bool,
@@ -134,9 +138,8 @@ def write_obstacles(
     The kernel compiles this function, a separate one because games without moving obstacles
     would be slower; arguments are as in :func:`write_observations`.
     """
-    C, N, _ = out.shape
-    n, d, inverse = state.shape[2], len(axes), 1.0 / scale
-    for c in range(C):
+    N, n, d, inverse = out.shape[1], state.shape[2], len(axes), 1.0 / scale
+    for c in range(first, last):
         if marks[c] != marked:
             continue
         for i in range(N):

@@ -48,7 +48,7 @@ class OwnBodies:
             normals=self._normals,
             offsets=self._offsets.reshape(-1),
             depths=self._depths.reshape(-1),
-            extents=self._extents if tables.extents.size else tables.extents,
+            extents=self._extents,
         )
 
     def resize(self, size: np.ndarray, rows: np.ndarray) -> None:

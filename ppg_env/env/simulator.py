@@ -10,14 +10,16 @@ All arrays are (copies, agents, ...).  The next step overwrites them; copy what 
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import is_
 from typing import Any
 
 import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
-from ppg_env.env.arrays import make_tables
+from ppg_env.env.arrays import Tables, make_tables
 from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.drawn_entries import DrawnEntries
+from ppg_env.env.normals import Normals
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import View
 from ppg_env.env.randomize import Randomize
@@ -63,6 +65,7 @@ class Simulator:
         whole = isinstance(copies, (int, np.integer)) and copies >= 1
         require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
+        self._linked: Any = None
         self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
         C, m, self.copies = copies, self.tables.limits.shape[2], copies
@@ -81,7 +84,7 @@ class Simulator:
         self._lam = np.tile([agent.lam for agent in game.agents], (C, 1))
         self._before = np.zeros(self.bodies.shape if self.tables.swept else (0, 0, 0))
         self.noise_shape = C, bodies if self.tables.drifting else N, n
-        self._noise = np.zeros(self.noise_shape)
+        self._noise, self._normals = np.zeros(self.noise_shape), Normals()
         self._start_noise = np.zeros(self.noise_shape)
         self._all = np.ones(C, dtype=np.bool_)
         self._was_reset = False
@@ -91,19 +94,23 @@ class Simulator:
         self.randomize = randomize
 
     @property
+    def tables(self) -> Tables:
+        """The game and its rules as the kernel reads them."""
+        return self._tables
+
+    @tables.setter
+    def tables(self, tables: Tables) -> None:
+        if self._linked is None or not all(map(is_, tables, self._tables)):
+            self._tables, self._linked = tables, None
+
+    @property
     def randomize(self) -> Randomize | None:
         """What every episode draws; a change holds from the next episodes on."""
         return self._randomize
 
     @randomize.setter
     def randomize(self, rule: Randomize | None) -> None:
-        fields = DrawnEntries(rule, self.game).fields
-        require(
-            fields == self.entries.fields,
-            "randomize",
-            f"draws {_listed(fields)} where observations hold {_listed(self.entries.fields)}",
-            "draw the same fields, or make a new environment",
-        )
+        self.entries.require_same(DrawnEntries(rule, self.game))
         if rule is not None or self.variation is not None:
             self._varied().adopt(rule)
         self._randomize = rule
@@ -169,7 +176,7 @@ class Simulator:
             self._start_noise[:] = normals
         self._was_reset = True
         compiled_kernel().begin(
-            self.tables, chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
+            self._link(), chosen, self.bodies, self.status, self.parked, self.alive, self.clock,
             self._start_noise, self.last.observation,
         )  # fmt: skip
         if self.entries.size:
@@ -201,7 +208,7 @@ class Simulator:
             moving = self.alive & (self.status == TRAFFIC)
             action = without_unusable(action, moving, self._sizes)
         if noise is None:
-            noise = self.random.standard_normal(out=self._noise)
+            noise = self._normals.fill(self.random, self._noise)
         else:
             noise = self._checked_noise(noise)
         inside = restart and self.variation is None  # restarting needs nothing but the kernel
@@ -209,7 +216,7 @@ class Simulator:
             self._draw_starts()
         out = self.last
         kernel.step(
-            self.tables, self.bodies, self._before, self.status, self.parked, self.alive,
+            self._link(), self.bodies, self._before, self.status, self.parked, self.alive,
             self.clock, self.lam, action, noise, inside, self._start_noise, out.reward,
             out.time_cost, out.safety_cost, out.arrived, out.crashed, out.overlap, out.terminated,
             out.truncated, out.acting, out.over, out.observation, out.final_observation,
@@ -245,6 +252,15 @@ class Simulator:
             moved=None if varied is None else varied.moved,
         )
 
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_linked": None}  # a copy links its own arrays
+
+    def _link(self) -> Any:
+        """Return the tables as a structure of the kernel, which shares their arrays."""
+        if self._linked is None:
+            self._linked = compiled_kernel().link(self._tables)
+        return self._linked
+
     def _varied(self) -> Variation:
         """Return what differs between copies, which is kept from the first call on."""
         if self.variation is None:
@@ -270,7 +286,7 @@ class Simulator:
         return mask
 
     def _checked_noise(self, noise: Any) -> np.ndarray:
-        normals = np.asarray(noise, dtype=np.float64)
+        normals = np.ascontiguousarray(noise, dtype=np.float64)
         if normals.shape != self.noise_shape:
             remedy = f"give standard normals of the shape {self.noise_shape}"
             raise InputError("noise", f"has the shape {normals.shape}", remedy)
@@ -278,9 +294,4 @@ class Simulator:
 
     def _draw_starts(self) -> None:
         if self.tables.random_start:
-            self.random.standard_normal(out=self._start_noise)
-
-
-def _listed(fields: list[tuple[str, int, bool]]) -> str:
-    names = [f"a shared {field}" if shared else field for field, _, shared in fields]
-    return " and ".join(names) or "no draws"
+            self._normals.fill(self.random, self._start_noise)

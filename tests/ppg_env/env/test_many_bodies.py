@@ -10,7 +10,7 @@ import pytest
 
 from ppg_env import Game, Polytope, make_game
 from ppg_env.env.arrays import Tables
-from ppg_env.env.encounter_tables import encounter_kinds, extents, margin_units
+from ppg_env.env.encounter_tables import encounter_kinds, margin_units
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.game.margins import encounter_units
@@ -39,7 +39,7 @@ def test_sorting_finds_the_collisions_of_all_pairs(
 ) -> None:
     game = crowd(collisions=collisions, on_goal=on_goal)
     simulators = [Simulator(game, Rules(on_crash=on_crash), copies=40, seed=3) for _ in range(2)]
-    simulators[0].tables = simulators[0].tables._replace(extents=extents(game))
+    simulators[0].tables = simulators[0].tables._replace(sorting=True)
     for simulator in simulators:
         simulator.reset()
     random, met = np.random.default_rng(1), 0
@@ -61,7 +61,7 @@ def test_a_position_that_overflowed_meets_every_body_either_way() -> None:
     for many in (True, False):
         simulator = Simulator(game, seed=0)
         if many:
-            simulator.tables = simulator.tables._replace(extents=extents(game))
+            simulator.tables = simulator.tables._replace(sorting=True)
         simulator.reset()
         simulator.bodies[0, 2] = np.nan
         overlaps.append(simulator.step(np.zeros((1, 5, 2)), restart=False).overlap.copy())

@@ -1,0 +1,30 @@
+"""Compiled: the tables of a game as one structure, which a call of the kernel passes by pointer.
+
+Passing a tuple of forty arrays instead costs 5 microseconds, a sixth of a step of one game.
+"""
+
+from __future__ import annotations
+
+from numba import types
+from numba.experimental import structref
+
+from ppg_env.env.arrays import Tables
+from ppg_env.support.compilation import njit
+
+
+@structref.register
+class TablesType(types.StructRef):
+    """The compiler's type of linked tables; the types of the fields are its parameters."""
+
+
+class LinkedTables(structref.StructRefProxy):
+    """Tables as the kernel reads them; they share the arrays of those that were linked."""
+
+
+structref.define_proxy(LinkedTables, TablesType, list(Tables._fields))
+
+
+@njit(cache=True)
+def link(g):
+    """Return :class:`ppg_env.env.arrays.Tables` as a structure."""
+    return LinkedTables(*g)
