@@ -33,7 +33,7 @@ from solvers.engine.arrival_queue import ArrivalQueue
 from solvers.engine.branch_and_bound import BranchAndBound
 from solvers.engine.cuts import CutPool, CutsAtArrivals
 from solvers.engine.fixed_arrival_lp import FixedProgram
-from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import Symmetry, identity, symmetries
 from solvers.engine.way_finding import find_first_plans
 from solvers.pricing import PricedProfile, price
@@ -143,7 +143,7 @@ class _ArrivalSearch:
                 self._on_progress("bound", bound)
             if self._budget.out:
                 return self._stopped(min(proved, bound))
-            tree = tree or self._branch_and_bound(arrivals)
+            tree = tree or self._branch_and_bound(arrivals, queue)
             if tree.root_pending:
                 tree.process_root()
             elif not tree.search(self._upper, until=queue.least, pause=self._next_descent):
@@ -212,10 +212,10 @@ class _ArrivalSearch:
         images = [symmetry.moved(arrivals) for symmetry in self._symmetries]
         return images[0] == min(images)
 
-    def _branch_and_bound(self, arrivals: Mapping[int, int]) -> BranchAndBound:
+    def _branch_and_bound(self, arrivals: Mapping[int, int], queue: ArrivalQueue) -> BranchAndBound:
         """Return the search of one vector."""
         subproblem = self._subproblem
-        presolved = presolve_encounters(subproblem, subproblem.encounters, arrivals) or []
+        presolved = queue.presolved(tuple(arrivals[i] for i in subproblem.movers)) or []
         spent = float(sum(subproblem.objective.time[i] * t for i, t in arrivals.items()))
         unchanged = self._symmetries[0].moved(arrivals)
         return BranchAndBound(
