@@ -28,6 +28,7 @@ from solvers.equilibrium.certificate import certify
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
+from solvers.pricing import price_profile
 from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Solution, Status
 from solvers.units import in_units_of_the_game
@@ -46,6 +47,12 @@ MOST_DIRECT = 3
 
 FIRST_SWEEPS = 2
 """Sweeps of best responses that make the first plans of the exact search."""
+
+EQUILIBRIUM_SWEEPS = 6
+"""Sweeps of selfish best responses for plans of an equilibrium, without its proof."""
+
+EQUILIBRIUM_SHARE = 0.5
+"""Part of the time limit that they may take."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -131,7 +138,12 @@ def _minimise_potential(
         result = _approximate(rule, potential, budget, seed, on_progress)
     else:
         first = _first_plans(rule, budget) if solver == ENGINE else None
-        result = minimise(potential, agents, first, solver, budget, on_progress)
+        known = first is not None
+
+        def advise() -> Profile | None:
+            return None if known else _equilibrium_plans(game, budget)
+
+        result = minimise(potential, agents, first, solver, budget, on_progress, advise)
     result = tidied(potential, agents, result)
     status, advice = explain(game, result, agents)
     return Solution(
@@ -149,13 +161,33 @@ def _minimise_potential(
 
 
 def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
-    """Return plans by best responses, where the exact search may take long to find some."""
+    """Return plans by best responses, where the exact search may take long to find some.
+
+    Selfish responses come first, so that no result costs more than their equilibrium.
+    """
     game, size = rule.game, len(rule.game.agents)
     walled = size > 1 and any(has_walls(game, i) for i in range(size))
     if size <= MOST_DIRECT and not walled:
         return None
-    share = Budget(budget.left)
-    return run_dynamics(rule, ENGINE, share, max_sweeps=FIRST_SWEEPS, jointly=False).profile
+    selfish = _equilibrium_plans(game, budget)
+    if selfish is None or budget.out or rule.charge == "selfish":
+        return selfish
+    share, potential = Budget(budget.left), rule.potential
+    better = run_dynamics(rule, ENGINE, share, start=selfish, max_sweeps=FIRST_SWEEPS).profile
+    assert potential is not None
+    plans = [price_profile(potential, p) for p in (better, selfish) if p is not None]
+    priced = [plan for plan in plans if plan is not None]
+    return min(priced, key=lambda plan: plan.value).profile if priced else None
+
+
+def _equilibrium_plans(game: Game, budget: Budget) -> Profile | None:
+    """Return the plans of an equilibrium without its proof, if some are found."""
+    seconds = None if budget.left is None else EQUILIBRIUM_SHARE * budget.left
+    rule = make_rule(game, "selfish")
+    dynamics = run_dynamics(
+        rule, ENGINE, Budget(seconds), max_sweeps=EQUILIBRIUM_SWEEPS, jointly=False
+    )
+    return dynamics.profile
 
 
 def _approximate(
