@@ -26,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ppg_env import tolerances as tol
+from ppg_env.game.earliest_way import has_walls
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
@@ -49,6 +50,9 @@ POTENTIAL_EFFORT = 50_000
 
 BEFORE_WAYS = 2
 """Starts that are tried before ways of all agents past each other are looked for."""
+
+WAYS_SHARE = 0.4
+"""Part of the time limit that the entry in these starts may take among walls."""
 
 
 @in_units_of_the_game
@@ -125,14 +129,18 @@ def run_dynamics(
     seed: int = 0,
     progress: Callable[[Update], None] | None = None,
     jointly: bool = True,
+    thorough: bool = True,
 ) -> Solution:
     """Run :func:`best_response_dynamics` under a rule, for options that were checked.
 
-    ``jointly`` allows the search for the least potential, if no other start helps.
+    ``jointly`` allows the search for the least potential, if no other start helps.  Unless it is
+    ``thorough``, the run ends with plans whose regrets are hard to prove.
     """
 
-    def run(entry: Entry, effort: int | None) -> Solution:
-        dynamics = DynamicsRun(rule, order, tolerance, solver, budget, seed, progress)
+    def run(entry: Entry, effort: int | None, deadline: float | None = None) -> Solution:
+        dynamics = DynamicsRun(
+            rule, order, tolerance, solver, budget, seed, progress, thorough, deadline
+        )
         return dynamics.run(entry, max_sweeps, most=effort)
 
     if start is not None:
@@ -147,7 +155,8 @@ def run_dynamics(
                     return run(Entry(plans), None)
             if effort > FIRST_EFFORT and attempts.excluded(entry):
                 continue
-            solution = run(entry, effort)
+            before_ways = effort == FIRST_EFFORT and number < BEFORE_WAYS
+            solution = run(entry, effort, _deadline(rule, budget) if before_ways else None)
             if solution.profile is not None or not _may_be_mended(solution):
                 return solution
             attempts.add(entry, solution)
@@ -157,6 +166,14 @@ def run_dynamics(
     if least is not None and least.profile is not None:
         return run(Entry(least.profile), None)
     return attempts.failed(least)
+
+
+def _deadline(rule: Liability, budget: Budget) -> float | None:
+    """Return the seconds after which ways are looked for, if there are walls and a time limit."""
+    game = rule.game
+    if budget.limit is None or not any(has_walls(game, i) for i in range(len(game.agents))):
+        return None
+    return WAYS_SHARE * budget.limit
 
 
 def _along_ways(rule: Liability, budget: Budget) -> Profile | None:

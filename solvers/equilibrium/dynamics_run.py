@@ -23,6 +23,9 @@ from solvers.solution import Solution, Status, Update
 FIRST_EFFORT, LAST_EFFORT = 1000, 100_000
 """Linear programs for one response: in the first sweeps, and at most before there is no limit."""
 
+UNPROVED_EFFORT = 8000
+"""Linear programs for one response at most, where plans matter more than the proof of regrets."""
+
 REFINE_AFTER = 3
 """Sweeps after which plans are refined in between: by then only details change."""
 
@@ -39,9 +42,12 @@ class DynamicsRun:
         budget: Budget,
         seed: int,
         progress: Callable[[Update], None] | None,
+        thorough: bool,
+        deadline: float | None = None,
     ) -> None:
         self.rule, self.game, self.order, self.tolerance = rule, rule.game, order, tolerance
         self.solver, self.budget, self.progress = solver, budget, progress
+        self.thorough, self.deadline = thorough, deadline
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
         self.tidy = False
@@ -65,7 +71,7 @@ class DynamicsRun:
                 for i in group:
                     if i not in pending and self.proofs.holds(i):
                         continue
-                    responses[i] = self._respond(i, profile, effort, most)
+                    responses[i] = self._respond(i, profile, pending, effort, most)
                     if responses[i].profile is None:
                         return self.outcomes.without_response(profile, not pending, i, responses[i])
                 profile = self._adopt(sweep, profile, responses, pending)
@@ -73,7 +79,12 @@ class DynamicsRun:
             if not self.changed and not self.tidy:
                 profile = self._tidied(profile)
             elif not self.changed:
-                if effort is None or all(self.proofs.holds(i) for i in range(len(profile))):
+                unproved = not self.thorough and (effort or 0) >= UNPROVED_EFFORT
+                if (
+                    effort is None
+                    or unproved
+                    or all(self.proofs.holds(i) for i in range(len(profile)))
+                ):
                     return self.outcomes.converged(profile, self.proofs.bounds)
                 effort = effort * 8 if effort < LAST_EFFORT else None
             elif profile in visited and profile != before:
@@ -86,14 +97,17 @@ class DynamicsRun:
         return self.outcomes.finished(profile, Status.NOT_CONVERGED)
 
     def _respond(
-        self, i: int, profile: Profile, effort: int | None, most: int | None
+        self, i: int, profile: Profile, pending: set[int], effort: int | None, most: int | None
     ) -> SearchResult:
         """Respond with ``effort`` linear programs; with more if they do not suffice for a plan."""
         while True:
             child = self.budget.child(effort)
+            if self.deadline is not None and child.limit is not None and i in pending:
+                child.limit = min(child.limit, max(self.deadline - self.budget.spent, 0.0))
             response = respond(self.rule, i, profile, self.solver, child)
             self.budget.charge(child)
-            if response.status is not Status.NO_INCUMBENT or effort is None or self.budget.out:
+            stopped = child.late or self.budget.out
+            if response.status is not Status.NO_INCUMBENT or effort is None or stopped:
                 return response
             if most is not None and effort >= most:
                 return response
