@@ -27,10 +27,14 @@ class Budget:
         return None if self.limit is None else max(self.limit - self.spent, 0.0)
 
     @property
+    def late(self) -> bool:
+        """Whether the time is used up."""
+        return self.left is not None and self.left <= 0
+
+    @property
     def out(self) -> bool:
         """Whether the time or the nodes are used up."""
-        late = self.left is not None and self.left <= 0
-        return late or (self.nodes is not None and self.used >= self.nodes)
+        return self.late or (self.nodes is not None and self.used >= self.nodes)
 
     @property
     def fraction_used(self) -> float:

@@ -30,13 +30,15 @@ def minimise(
     solver: str,
     budget: Budget,
     on_progress: Callable[[str, float], None] = lambda what, value: None,
+    advise: Callable[[], Profile | None] = lambda: None,
 ) -> SearchResult:
     """Return the cheapest plans of ``movers`` and a proved bound; other agents keep ``given``.
 
-    The engine calls ``on_progress`` with every better ``value`` and ``bound``.
+    The engine calls ``on_progress`` with every better ``value`` and ``bound``, and ``advise`` for
+    plans of all agents once the search has become long.
     """
     if solver == ENGINE:
-        return engine_search(objective, movers, given, budget, on_progress)
+        return engine_search(objective, movers, given, budget, on_progress, advise)
     from solvers.reference.solve import search
 
     return search(_compiled(objective, tuple(movers)), given, solver, budget)

@@ -6,7 +6,6 @@ from .dynamics import covariances as covariances
 from .dynamics import rollout as rollout
 from .encounter import Encounter as Encounter
 from .evaluation import Evaluation as Evaluation
-from .evaluation import Residuals as Residuals
 from .evaluation import evaluate as evaluate
 from .game import Game as Game
 from .half_spaces import HalfSpaces as HalfSpaces
@@ -21,3 +20,4 @@ from .plan import make_profile as make_profile
 from .polytope import Polytope as Polytope
 from .polytope import collision_set as collision_set
 from .reachability import earliest_arrival as earliest_arrival
+from .residuals import Residuals as Residuals

@@ -25,38 +25,11 @@ from ppg_env import tolerances as tol
 from ppg_env.errors import InputError
 from ppg_env.game import objective
 from ppg_env.game.canonical import in_own_units
-from ppg_env.game.dynamics import goal_selector, rollout
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import excess
-from ppg_env.game.margins import (
-    in_traffic,
-    mean_displacements,
-    membership,
-    over_events,
-    profile_margins,
-)
+from ppg_env.game.margins import in_traffic, margins_and_overlaps, membership
 from ppg_env.game.plan import Profile, make_profile
-from ppg_env.game.reserve import planned_controls
+from ppg_env.game.residuals import Residuals, residuals
 from ppg_env.game.swept_bound import swept_covers
-from ppg_env.game.workspace import workspace_excess
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Violations of the constraints, never negative.
-
-    Attributes
-    ----------
-    control : (N,) largest distance of a control beyond a face of its step's U, less the reserve.
-    within : (N,) largest distance of a mean beyond a face of its workspace, sigmas included.
-    goal : (N,) largest component by which the mean misses the goal, at arrival or at the end.
-    overlap : (E,) largest penetration of the means in traffic; of the best face during a step.
-    """
-
-    control: np.ndarray
-    within: np.ndarray
-    goal: np.ndarray
-    overlap: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -216,7 +189,8 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
         profile = make_profile(game, [plan.controls for plan in profile])
     arrival = tuple(plan.arrival for plan in profile)
     traffic = in_traffic(game, arrival)
-    margins = np.where(traffic, profile_margins(game, profile), game.margin_cap)
+    all_margins, overlaps = margins_and_overlaps(game, profile)
+    margins = np.where(traffic, all_margins, game.margin_cap)
     losses = np.where(traffic, objective.loss(game, margins), 0.0).sum(axis=1)
     risks = np.where(traffic, objective.event_risk(game, margins), 0.0).sum(axis=1)
     effort = np.array([np.abs(plan.controls).sum() for plan in profile])
@@ -241,7 +215,7 @@ def evaluate(game: Game, profile: Profile, *, as_given: bool = False) -> Evaluat
         cost=shifted + _shift(game, full),
         shifted_cost=shifted,
         potential=potential,
-        residuals=_residuals(game, profile, traffic),
+        residuals=residuals(game, profile, overlaps),
     )
 
 
@@ -277,22 +251,4 @@ def _weighted(
 
 def _sums(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return ``weights`` (..., E) times ``values`` (E,), summed, with 0 times infinity = 0."""
-    return np.where(weights > 0, weights * np.where(weights > 0, values, 0.0), 0.0).sum(axis=-1)
-
-
-def _residuals(game: Game, profile: Profile, traffic: np.ndarray) -> Residuals:
-    control, within, goal = np.zeros((3, len(profile)))
-    for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
-        end = game.horizon if plan.arrival is None else plan.arrival
-        sets = planned_controls(agent, game.horizon)
-        control[i] = max(0.0, excess(sets, plan.controls[:end]))
-        within[i] = max(0.0, workspace_excess(agent, plan.means[: end + 1]))
-        mean = rollout(agent, plan.controls[:end])[-1]
-        goal[i] = float(np.abs(goal_selector(agent) @ mean - agent.goal).max())
-    overlap, displacements = np.zeros(len(game.encounters)), mean_displacements(game, profile)
-    for e, encounter in enumerate(game.encounters):
-        collision, events = encounter.collision, np.flatnonzero(traffic[e])
-        clear = displacements[e] @ collision.normals.T - collision.offsets
-        during = over_events(game, clear)[events].max(axis=1)
-        overlap[e] = max(0.0, -float(during.min(initial=0.0)))
-    return Residuals(control, within, goal, overlap)
+    return (weights * np.where(weights > 0, values, 0.0)).sum(axis=-1)

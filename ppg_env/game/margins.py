@@ -29,7 +29,7 @@ from ppg_env import tolerances as tol
 from ppg_env.game.dynamics import covariances
 from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
-from ppg_env.game.plan import Profile
+from ppg_env.game.plan import Plan, Profile
 
 
 class CollisionFaces(NamedTuple):
@@ -66,11 +66,14 @@ def encounter_pairs(game: Game) -> np.ndarray:
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
+@lru_cache(maxsize=256)
 def membership(game: Game) -> np.ndarray:
-    """Return (N, E) whether an agent takes part in an encounter."""
-    shape = len(game.agents), len(game.encounters)
-    rows = [[i in encounter.agents for encounter in game.encounters] for i in range(shape[0])]
-    return np.array(rows, dtype=bool).reshape(shape)
+    """Return (N, E) whether an agent takes part in an encounter, read-only."""
+    result = np.zeros((len(game.agents), len(game.encounters)), dtype=bool)
+    for e, encounter in enumerate(game.encounters):
+        result[list(encounter.agents), e] = True
+    result.setflags(write=False)
+    return result
 
 
 def end_of_traffic(
@@ -167,20 +170,39 @@ def mean_displacements(game: Game, profile: Profile) -> np.ndarray:
 
 
 def profile_margins(game: Game, profile: Profile) -> np.ndarray:
-    """Return (E, H+1) margins min(M', m) of all events along the means, in traffic or not.
+    """Return (E, H+1) margins min(M', m) of all events along the means, in traffic or not."""
+    return margins_and_overlaps(game, profile)[0]
 
-    With ``collisions="swept"`` the last entry is at the cap: no step starts at the horizon.
+
+def margins_and_overlaps(game: Game, profile: Profile) -> tuple[np.ndarray, np.ndarray]:
+    """Return margins (E, H+1) and overlaps (E,) of :func:`plan_margins` of all encounters."""
+    count = len(game.encounters)
+    margins, overlaps = np.empty((count, game.horizon + 1)), np.empty(count)
+    for e, encounter in enumerate(game.encounters):
+        plans = tuple(profile[i] for i in encounter.agents)
+        margins[e], overlaps[e] = plan_margins(game, e, plans)
+    return margins, overlaps
+
+
+@lru_cache(maxsize=16384)
+def plan_margins(game: Game, index: int, plans: tuple[Plan, ...]) -> tuple[np.ndarray, float]:
+    """Return the margins of an encounter along the ``plans`` of its agents, and its overlap.
+
+    The margins (H+1,) are min(M', m) of all events, in traffic or not, read-only.  With
+    ``collisions="swept"`` the last one is at the cap: no step starts at the horizon.  The overlap
+    is the largest penetration of the means in traffic, of the best face during a step, at least 0.
+    Planners change one plan at a time, so values are cached.
     """
-    displacements = mean_displacements(game, profile)
-    arrival = [plan.arrival for plan in profile]
-    result = np.empty(displacements.shape[:2])
-    for row, where, encounter in zip(result, displacements, game.encounters, strict=True):
-        row[:] = event_margins(
-            game,
-            where @ encounter.collision.normals.T - encounter.collision.offsets,
-            encounter_units(game, encounter, rests(game, encounter, arrival)),
-        )
-    return result
+    encounter, normals = game.encounters[index], game.encounters[index].collision.normals
+    arrival = dict(zip(encounter.agents, (plan.arrival for plan in plans), strict=True))
+    where = encounter.displacement(*(plan.means[:, : game.dim] for plan in plans))
+    where = where - game.obstacle_positions(encounter)
+    clear = where @ normals.T - encounter.collision.offsets
+    units = encounter_units(game, encounter, rests(game, encounter, arrival))
+    margins = event_margins(game, clear, units)
+    margins.setflags(write=False)
+    during = over_events(game, clear).max(axis=1)[: end_of_traffic(game, encounter, arrival)]
+    return margins, max(0.0, -float(during.min(initial=0.0)))
 
 
 def event_margins(game: Game, clearances: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from itertools import count
 
 from ppg_env.game.barriers import starts_at_goal
 from solvers.engine.branch_and_bound import BranchAndBound
-from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.engine.presolve import PresolvedEncounter, Subproblem, presolve_encounters
+
+MOST_PRESOLVED = 64
+"""Vectors whose presolved encounters are kept until their search begins."""
 
 
 class ArrivalQueue:
@@ -35,6 +39,7 @@ class ArrivalQueue:
         self._latest = [
             0 if starts_at_goal(game.agents[i]) else game.horizon for i in subproblem.movers
         ]
+        self.presolved = lru_cache(maxsize=MOST_PRESOLVED)(self._presolve)
         self._order = count()
         self._heap: list[tuple[float, int, tuple[int, ...], int | None, BranchAndBound | None]] = []
         self._push_unchecked(tuple(first[i] for i in subproblem.movers), 0)
@@ -62,12 +67,17 @@ class ArrivalQueue:
                     self._push_unchecked((*times[:k], times[k] + 1, *times[k + 1 :]), k)
             if not self._representative(arrivals):
                 continue
-            presolved = presolve_encounters(subproblem, subproblem.encounters, arrivals)
+            presolved = self.presolved(times)
             if presolved is not None:
                 weights = subproblem.objective.encounter
                 losses = sum(weights[e.index] * (e.fixed_loss + e.least) for e in presolved)
                 self.push(bound + float(losses), arrivals, None)
         return None
+
+    def _presolve(self, times: tuple[int, ...]) -> list[PresolvedEncounter] | None:
+        """Return the presolved encounters of a vector; None if it is infeasible."""
+        arrivals = dict(zip(self._subproblem.movers, times, strict=True))
+        return presolve_encounters(self._subproblem, self._subproblem.encounters, arrivals)
 
     def _push_unchecked(self, times: tuple[int, ...], raised: int) -> None:
         """Queue a vector with its time cost; coordinate ``raised`` was increased last."""

@@ -13,6 +13,9 @@ whenever the search stops, since unfinished vectors count with their bounds.
 
 Of vectors that a symmetry of the game maps to each other, one is searched.
 
+A search that has no plan after some linear programs looks for ways of all movers
+(:mod:`solvers.engine.joint_plans`), and one that has become long asks its caller for plans.
+
 Where bodies keep apart between steps, plans that the search finds are improved by one mover after
 the other while the rest keep theirs: these searches are small, and a cheaper incumbent prunes more.
 """
@@ -33,7 +36,8 @@ from solvers.engine.arrival_queue import ArrivalQueue
 from solvers.engine.branch_and_bound import BranchAndBound
 from solvers.engine.cuts import CutPool, CutsAtArrivals
 from solvers.engine.fixed_arrival_lp import FixedProgram
-from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.engine.joint_plans import find_joint_plans
+from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import Symmetry, identity, symmetries
 from solvers.engine.way_finding import find_first_plans
 from solvers.pricing import PricedProfile, price
@@ -42,6 +46,12 @@ from solvers.solution import Status
 
 FIRST_LOOK = 300
 """Linear programs for a single mover among walls before a way through cells is looked for."""
+
+WAYS_AFTER = 500
+"""Linear programs without a plan before ways of all movers are looked for."""
+
+ADVICE_AFTER = 3000
+"""Linear programs before a search that goes on asks its caller for plans."""
 
 DESCENT_AFTER = 3000
 """Linear programs before the first descent, in which one mover after the other improves the
@@ -62,11 +72,13 @@ def engine_search(
     given: Profile | None,
     budget: Budget,
     on_progress: Callable[[str, float], None] = lambda what, value: None,
+    advise: Callable[[], Profile | None] = lambda: None,
 ) -> SearchResult:
     """Return the cheapest plans of ``movers`` and a proved bound; other agents keep ``given``.
 
     If ``given`` has feasible plans of the movers too, they are the first incumbent.
-    ``on_progress`` is called with every better ``value`` and ``bound``.
+    ``on_progress`` is called with every better ``value`` and ``bound``.  ``advise`` is called once
+    the search has become long, and returns plans of all agents, or None.
     """
     others = {i: plan for i, plan in enumerate(given or ()) if i not in movers}
     subproblem = Subproblem(objective, tuple(movers), others)
@@ -93,7 +105,9 @@ def engine_search(
             if ways.earliest is None:
                 return SearchResult(Status.INFEASIBLE, inf)
             earliest[mover], incumbent = ways.earliest, ways.plans
-    search = _ArrivalSearch(subproblem, incumbent, budget, on_progress)
+            if incumbent is None and not budget.out:
+                incumbent = find_joint_plans(subproblem, budget)
+    search = _ArrivalSearch(subproblem, incumbent, budget, on_progress, advise)
     return search.run(earliest)
 
 
@@ -112,9 +126,10 @@ class _ArrivalSearch:
         incumbent: PricedProfile | None,
         budget: Budget,
         on_progress: Callable[[str, float], None],
+        advise: Callable[[], Profile | None] = lambda: None,
     ) -> None:
         self._subproblem, self.incumbent = subproblem, incumbent
-        self._budget, self._on_progress = budget, on_progress
+        self._budget, self._on_progress, self._advise = budget, on_progress, advise
         all_move = set(subproblem.movers) == set(range(len(subproblem.game.agents)))
         self._symmetries: list[Symmetry] = (
             symmetries(subproblem.objective) if all_move else [identity(subproblem.game)]
@@ -126,6 +141,8 @@ class _ArrivalSearch:
         descends = subproblem.game.collisions == "swept" and len(subproblem.movers) > 1
         self._next_descent = budget.used + DESCENT_AFTER if descends else inf
         self._descended = inf
+        self._next_ways = inf if incumbent is not None else budget.used + WAYS_AFTER
+        self._next_advice: float = budget.used + ADVICE_AFTER
 
     @property
     def _upper(self) -> float:
@@ -143,19 +160,45 @@ class _ArrivalSearch:
                 self._on_progress("bound", bound)
             if self._budget.out:
                 return self._stopped(min(proved, bound))
-            tree = tree or self._branch_and_bound(arrivals)
+            tree = tree or self._branch_and_bound(arrivals, queue)
             if tree.root_pending:
                 tree.process_root()
-            elif not tree.search(self._upper, until=queue.least, pause=self._next_descent):
+            elif not tree.search(self._upper, until=queue.least, pause=self._pause):
                 return self._stopped(min(proved, max(bound, tree.bound), queue.least), tree)
             self._note_faults(tree)
             proved = min(proved, tree.leaf_bound)
             if tree.open_bound < inf:
                 queue.push(max(bound, tree.open_bound), arrivals, tree)
                 self._keep_loaded(tree)
-            if self._budget.used >= self._next_descent:
-                self._descend()
+            self._improve()
         return self._concluded(min(proved, self._upper), complete=True)
+
+    @property
+    def _pause(self) -> float:
+        """Number of linear programs at which the search pauses to look for plans otherwise."""
+        ways = self._next_ways if self.incumbent is None else inf
+        return min(ways, self._next_advice, self._next_descent)
+
+    def _improve(self) -> None:
+        """Look for plans otherwise than by branching, where that is due."""
+        if self._budget.used < self._pause or self._budget.out:
+            return
+        if self.incumbent is None and self._budget.used >= self._next_ways:
+            self._next_ways = inf
+            self._accept(find_joint_plans(self._subproblem, self._budget))
+        if self._budget.used >= self._next_advice:
+            self._next_advice, profile = inf, self._advise()
+            if profile is not None:
+                controls = {i: profile[i].controls for i in self._subproblem.movers}
+                self._accept(price(self._subproblem.objective, controls, self._subproblem.given))
+        if self._budget.used >= self._next_descent:
+            self._descend()
+
+    def _accept(self, plans: PricedProfile | None) -> None:
+        """Make plans the incumbent if they cost less."""
+        if plans is not None and plans.value < self._upper - tol.IMPROVEMENT:
+            self.incumbent = plans
+            self._on_progress("value", plans.value)
 
     def _descend(self) -> None:
         """Let one mover after the other improve the incumbent, until none does."""
@@ -169,8 +212,7 @@ class _ArrivalSearch:
                 idle += 1
                 if response.value < self._upper - tol.IMPROVEMENT:
                     idle = 0
-                    self.incumbent = response.priced
-                    self._on_progress("value", self._upper)
+                    self._accept(response.priced)
                 if idle >= len(self._subproblem.movers) or self._budget.out:
                     break
             if self._budget.out:
@@ -212,10 +254,10 @@ class _ArrivalSearch:
         images = [symmetry.moved(arrivals) for symmetry in self._symmetries]
         return images[0] == min(images)
 
-    def _branch_and_bound(self, arrivals: Mapping[int, int]) -> BranchAndBound:
+    def _branch_and_bound(self, arrivals: Mapping[int, int], queue: ArrivalQueue) -> BranchAndBound:
         """Return the search of one vector."""
         subproblem = self._subproblem
-        presolved = presolve_encounters(subproblem, subproblem.encounters, arrivals) or []
+        presolved = queue.presolved(tuple(arrivals[i] for i in subproblem.movers)) or []
         spent = float(sum(subproblem.objective.time[i] * t for i, t in arrivals.items()))
         unchanged = self._symmetries[0].moved(arrivals)
         return BranchAndBound(

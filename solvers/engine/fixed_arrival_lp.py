@@ -24,13 +24,12 @@ import numpy as np
 from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.agent import Agent
-from ppg_env.game.encounter import Encounter
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import set_at
-from ppg_env.game.margins import encounter_units
 from ppg_env.game.reserve import planned_controls
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 from solvers.engine.disjunction import Clearance, Disjunction, Face
+from solvers.engine.face_clearances import FaceClearances
 from solvers.engine.presolve import PresolvedEncounter, Subproblem
 
 FIRST_TANGENTS = 6
@@ -44,7 +43,7 @@ class FixedProgram:
 
     Attributes
     ----------
-    controls : (T_i, m) columns of each mover's controls.
+    controls, means : (T_i, m) and (T_i + 1, n) columns of each mover's controls and means.
     disjunctions : the undecided times of the encounters.
     fixed_loss : weighted loss of each presolved encounter that no plan changes.
     """
@@ -62,7 +61,7 @@ class FixedProgram:
         self._high: list[float] = []
         self._cost: list[float] = []
         self._rows: list[tuple[list[int], list[float], float, float]] = []
-        self._means: dict[int, np.ndarray] = {}
+        self.means: dict[int, np.ndarray] = {}
         self._face_rows: dict[tuple[int, int], list[tuple[float, np.ndarray, np.ndarray]]] = {}
         self.controls: dict[int, np.ndarray] = {}
         self.disjunctions: list[Disjunction] = []
@@ -76,9 +75,9 @@ class FixedProgram:
     def _columns(self, shape: Any, low: Any = -inf, high: Any = inf, cost: float = 0.0) -> Any:
         """Add columns with their bounds and cost, and return their indices."""
         count, first = int(np.prod(shape)), len(self._low)
-        self._low += np.broadcast_to(low, shape).ravel().tolist()
-        self._high += np.broadcast_to(high, shape).ravel().tolist()
-        self._cost += [cost] * count
+        for values, value in ((self._low, low), (self._high, high), (self._cost, cost)):
+            scalar = isinstance(value, float)
+            values += [value] * count if scalar else np.broadcast_to(value, shape).ravel().tolist()
         return np.arange(first, first + count).reshape(shape)
 
     def _fix(self, columns: np.ndarray, values: np.ndarray) -> None:
@@ -93,7 +92,7 @@ class FixedProgram:
         limits = np.array([set_at(sets, t).bounds for t in range(end)]).reshape(end, 2, m)
         u = self._columns((end, m), limits[:, 0], limits[:, 1])
         r = self._columns((end + 1, n))
-        self.controls[i], self._means[i] = u, r
+        self.controls[i], self.means[i] = u, r
         self._fix(r[0], agent.start)
         self._fix(r[end, : agent.goal.size], agent.goal)
         for t in range(end):
@@ -156,13 +155,16 @@ class FixedProgram:
 
     def _add_encounter(self, encounter: PresolvedEncounter, weight: float) -> None:
         """Add a disjunction for each undecided event of an encounter."""
-        index = encounter.index
-        units = encounter_units(self.game, self.game.encounters[index], encounter.rest)
+        index, clearances = (
+            encounter.index,
+            FaceClearances(self.game, encounter, self.means, self.given),
+        )
+        least = objective.loss(self.game, encounter.most)
         for k, t in enumerate(encounter.times.tolist()):
             cap = float(encounter.cap[k])
             margin, loss = self._loss(cap, weight)
             faces = tuple(
-                self._face(encounter, k, p, units)
+                Face(p, clearances.of(t, p), float(least[k, p]))
                 for p in np.flatnonzero(encounter.faces[k]).tolist()
             )
             lowest = self._low[loss]
@@ -186,28 +188,6 @@ class FixedProgram:
                 self._row([loss, margin], [1.0, -line[0]], line[1], inf)
         return int(margin), int(loss)
 
-    def _face(self, presolved: PresolvedEncounter, k: int, p: int, units: np.ndarray) -> Face:
-        """Return face ``p`` of the encounter at its ``k``-th undecided event."""
-        encounter, t = self.game.encounters[presolved.index], int(presolved.times[k])
-        ends = (t,) if self.game.collisions == "instants" else (t, t + 1)
-        clearances = tuple(self._clearance(encounter, s, p, float(units[s, p])) for s in ends)
-        least = float(objective.loss(self.game, presolved.most[k, p]))
-        return Face(p, clearances, least)
-
-    def _clearance(self, encounter: Encounter, t: int, p: int, unit: float) -> Clearance:
-        """Return the clearance of face ``p`` at instant ``t``."""
-        normal, d = encounter.collision.normals[p], self.game.dim
-        columns, values, constant = [], [], -float(encounter.collision.offsets[p])
-        if encounter.obstacle is not None:
-            constant -= float(normal @ self.game.obstacle_positions(encounter)[t])
-        for i, sign in zip(encounter.agents, (1.0, -1.0), strict=False):
-            if i in self.arrivals:
-                columns.append(self._means[i][min(t, self.arrivals[i]), :d])
-                values.append(sign * normal)
-            else:
-                constant += sign * float(normal @ self.given[i].means[t, :d])
-        return Clearance(np.concatenate(columns), np.concatenate(values), constant, unit)
-
     def face_key(self, disjunction: int, face: int) -> tuple[int, int, int]:
         """Return the encounter, the time and the index in the collision set of a face."""
         chosen = self.disjunctions[disjunction]
@@ -216,7 +196,7 @@ class FixedProgram:
     def point_at(self, means: Sequence[np.ndarray]) -> np.ndarray:
         """Return a point with these ``means`` of all agents and zeros elsewhere."""
         point = np.zeros(len(self._low))
-        for i, columns in self._means.items():
+        for i, columns in self.means.items():
             point[columns] = means[i][: len(columns)]
         return point
 

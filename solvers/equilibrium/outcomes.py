@@ -86,25 +86,3 @@ def _no_way(game: Game, agent: int) -> str:
         f"{game.agent_names[agent]} has no plan free of overlap {overlap_times(game)} while the "
         "others keep theirs; start from another profile or order, or lengthen the horizon"
     )
-
-
-def without_start(
-    rule: Liability, tried: Sequence[Solution], least: SearchResult | None, budget: Budget
-) -> Solution:
-    """Return that none of the starts ``tried`` let all agents find a plan, and what may help.
-
-    ``least`` is the search for the least potential, if there was one: if it found that there are no
-    plans at all, this is the reason.
-    """
-    last = tried[-1]
-    if least is not None and least.status not in (Status.NO_INCUMBENT, Status.ERROR):
-        status, advice = explain(rule.game, least, tuple(range(len(rule.game.agents))))
-    else:
-        joint = "" if least is None else ", nor did a search for joint plans find any"
-        status = last.status if least is None else Status.NO_INCUMBENT
-        advice = (
-            f"none of {len(tried)} starts and orders let every agent find a plan{joint} (at last, "
-            f"{last.advice}); give a start, lengthen the horizon, or raise the time limit"
-        )
-    trace = last.trace
-    return Solution(rule.game, NAME, status, advice, trace=trace, seconds=budget.spent)

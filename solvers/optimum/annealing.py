@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +27,13 @@ from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.start_profile import absent_plan
 from solvers.liability import Liability, make_rule
 from solvers.pricing import PricedProfile, price_profile
+from solvers.solution import Solution, Status
 
 SWEEPS = 6
 """Largest number of sweeps of best responses before annealing."""
+
+START_SHARE = 0.7
+"""Part of the time limit that the first plans may take."""
 
 CYCLES = 3
 """Number of times that the best profile is heated: single cycles end in local minima."""
@@ -52,14 +57,16 @@ def descent(
     budget: Budget,
     seed: int = 0,
     on_progress: Callable[[float], None] = lambda value: None,
+    on_start: Callable[[], None] = lambda: None,
 ) -> PricedProfile | None:
     """Return a profile of low potential under ``rule``, which must have a potential.
 
     The result is None if no profile was found.  ``on_progress`` is called with the value of every
-    improvement.
+    improvement, ``on_start`` between the first plans and the search for better ones.
     """
     search = _Descent(rule, solver, budget, seed, on_progress)
     search.start()
+    on_start()
     if search.best is not None:
         search.run()
     return search.best
@@ -91,21 +98,27 @@ class _Descent:
     def start(self) -> None:
         """Find a first profile by best responses.
 
-        Selfish responses come first, so that no result costs more than an equilibrium.
+        Selfish responses come first, so that no result costs more than an equilibrium.  Where they
+        have not converged, they go on after the others.
         """
         rules = [self.rule]
         if self.rule.charge != "selfish":
             rules.insert(0, make_rule(self.game, "selfish"))
+        limit = None if self.budget.left is None else START_SHARE * self.budget.left
+        share, runs = Budget(limit), list[Solution]()
         for rule in rules:
-            solution = run_dynamics(
-                rule,
-                self.solver,
-                Budget(self.budget.left),
-                start=None if self.best is None else self.best.profile,
-                max_sweeps=SWEEPS,
-            )
-            if solution.profile is not None:
-                self._accept(price_profile(self.objective, solution.profile))
+            runs.append(self._respond_in_turn(rule, share, max_sweeps=SWEEPS))
+        first = runs[0]
+        if first.profile is not None and first.status is not Status.EQUILIBRIUM:
+            self._respond_in_turn(rules[0], share, start=first.profile, thorough=False)
+
+    def _respond_in_turn(self, rule: Liability, share: Budget, **options: Any) -> Solution:
+        """Accept the plans of best responses, by default from the best profile so far."""
+        options = {"start": None if self.best is None else self.best.profile} | options
+        solution = run_dynamics(rule, self.solver, Budget(share.left), **options)
+        if solution.profile is not None:
+            self._accept(price_profile(self.objective, solution.profile))
+        return solution
 
     def run(self) -> None:
         """Search until no move helps or the budget is used up."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from solvers.equilibrium.certificate import certify
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
+from solvers.pricing import price_profile
 from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Solution, Status
 from solvers.units import in_units_of_the_game
@@ -46,6 +48,12 @@ MOST_DIRECT = 3
 
 FIRST_SWEEPS = 2
 """Sweeps of best responses that make the first plans of the exact search."""
+
+EQUILIBRIUM_SWEEPS = 6
+"""Sweeps of selfish best responses for plans of an equilibrium, without its proof."""
+
+EQUILIBRIUM_SHARE = 0.5
+"""Part of the time limit that they may take."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -130,8 +138,13 @@ def _minimise_potential(
     if len(agents) > MOST_EXACT and solver == ENGINE:
         result = _approximate(rule, potential, budget, seed, on_progress)
     else:
-        first = _first_plans(rule, budget) if solver == ENGINE else None
-        result = minimise(potential, agents, first, solver, budget, on_progress)
+        walled = len(agents) > 1 and any(has_walls(game, i) for i in agents)
+        first = _first_plans(rule, walled, budget) if solver == ENGINE else None
+
+        def advise() -> Profile | None:
+            return None if walled else _equilibrium_plans(game, budget)
+
+        result = minimise(potential, agents, first, solver, budget, on_progress, advise)
     result = tidied(potential, agents, result)
     status, advice = explain(game, result, agents)
     return Solution(
@@ -148,14 +161,42 @@ def _minimise_potential(
     )
 
 
-def _first_plans(rule: Liability, budget: Budget) -> Profile | None:
-    """Return plans by best responses, where the exact search may take long to find some."""
-    game, size = rule.game, len(rule.game.agents)
-    walled = size > 1 and any(has_walls(game, i) for i in range(size))
-    if size <= MOST_DIRECT and not walled:
+def _first_plans(rule: Liability, walled: bool, budget: Budget) -> Profile | None:
+    """Return plans by best responses, where the exact search may take long to find some.
+
+    Among walls, selfish responses come first, so that no result costs more than an equilibrium.
+    Elsewhere the search asks for them once it has become long.
+    """
+    if len(rule.game.agents) <= MOST_DIRECT and not walled:
         return None
-    share = Budget(budget.left)
-    return run_dynamics(rule, ENGINE, share, max_sweeps=FIRST_SWEEPS, jointly=False).profile
+    selfish = _equilibrium_plans(rule.game, budget) if walled else None
+    if walled and (selfish is None or budget.out or rule.charge == "selfish"):
+        return selfish
+    share, potential = Budget(budget.left), rule.potential
+    dynamics = run_dynamics(
+        rule, ENGINE, share, start=selfish, max_sweeps=FIRST_SWEEPS, jointly=False
+    )
+    if selfish is None:
+        return dynamics.profile
+    assert potential is not None
+    known = [plans for plans in (dynamics.profile, selfish) if plans is not None]
+    priced = [p for plans in known if (p := price_profile(potential, plans)) is not None]
+    return min(priced, key=lambda plans: plans.value).profile if priced else None
+
+
+def _equilibrium_plans(game: Game, budget: Budget) -> Profile | None:
+    """Return the plans of an equilibrium without its proof, if some are found."""
+    seconds = None if budget.left is None else EQUILIBRIUM_SHARE * budget.left
+    rule = make_rule(game, "selfish")
+    dynamics = run_dynamics(
+        rule,
+        ENGINE,
+        Budget(seconds),
+        max_sweeps=EQUILIBRIUM_SWEEPS,
+        jointly=False,
+        thorough=False,
+    )
+    return dynamics.profile
 
 
 def _approximate(
@@ -168,9 +209,15 @@ def _approximate(
     game = rule.game
     if any(earliest_way(game, i) is None for i in range(len(game.agents))):
         return SearchResult(Status.UNREACHABLE, float("inf"))
-    share = Budget(None if budget.left is None else budget.left * BOUND_SHARE)
-    bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
-    best = descent(rule, ENGINE, budget, seed, lambda value: on_progress("value", value))
+    bound = -np.inf
+
+    def compute_bound() -> None:
+        nonlocal bound
+        share = Budget(budget.limit and min(BOUND_SHARE * budget.limit, budget.left or 0.0))
+        bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
+
+    on_value = partial(on_progress, "value")
+    best = descent(rule, ENGINE, budget, seed, on_value, compute_bound)
     if best is None and not budget.out:
         agents = range(len(game.agents))
         return minimise(potential, agents, None, ENGINE, budget, on_progress)
