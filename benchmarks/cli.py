@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.commands import VERBS
+from benchmarks.commands import GROUPS, VERBS
 from ppg_env.errors import InputError
 
 BAD_INPUT = 2
@@ -30,6 +30,8 @@ app = typer.Typer(
 )
 for name, command in VERBS.items():
     app.command(name)(command)
+for group in GROUPS:
+    app.add_typer(group)
 
 
 def _print_version(asked: bool) -> None:

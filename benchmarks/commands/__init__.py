@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import typer
+
 from benchmarks.commands.bench import bench
 from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
 from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.explain import explain
 from benchmarks.commands.feedback import feedback
+from benchmarks.commands.library import library
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.reproduce import reproduce
@@ -46,3 +49,6 @@ VERBS: dict[str, Callable[..., None]] = {
     "explain": explain,
     "warm": warm,
 }
+
+GROUPS: tuple[typer.Typer, ...] = (library,)
+"""Verbs with verbs of their own."""
