@@ -16,6 +16,7 @@ from benchmarks.terminal import NO_SOLUTION, bar, print_json, print_table
 
 if TYPE_CHECKING:
     from benchmarks.library.instance import Instance
+    from benchmarks.library.ranking import Standing
     from benchmarks.library.runs import RunPlan
 
 
@@ -101,8 +102,7 @@ def _print_ranking(
 
     ranked = standings(games, [*project_lines(), *lines])
     if as_json:
-        rows = [{"solver": s.label, "score": s.score, "accepted": s.accepted} for s in ranked]
-        print_json({"games": len(games), "ranking": rows, "lines": lines})
+        print_json({"games": len(games), "ranking": _ranking(ranked), "lines": lines})
         return
     rows = [
         (s.label, f"{s.score:.1f}", *map(str, (s.accepted, s.best, s.refused)), f"{s.seconds:.1f}")
@@ -114,6 +114,10 @@ def _print_ranking(
         typer.echo(f"{line['game']}: {line['status']}: {line['said']}", err=True)
 
 
+def _ranking(ranked: Sequence[Standing]) -> list[dict[str, Any]]:
+    return [{"solver": one.label, "score": one.score, "accepted": one.accepted} for one in ranked]
+
+
 @with_group("selection", Selection)
 def report(
     names: NamesArgument = None,
@@ -122,7 +126,10 @@ def report(
     runs: Annotated[
         list[str] | None, typer.Option(metavar="FILE", help="More runs to rank; repeat it.")
     ] = None,
-    out: Annotated[str | None, typer.Option(metavar="HTML", help="(out/library.html)")] = None,
+    out: Annotated[
+        str | None, typer.Option(metavar="HTML", help="The page (out/library.html).")
+    ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a page with performance profiles, gaps and records."""
     from benchmarks.library.page import page
@@ -136,5 +143,8 @@ def report(
     own_folder(path)
     games = selected(names, selection)
     lines = project_lines() + [line for file in runs or () for line in read_lines(Path(file))]
-    write_atomically(path, page(games, standings(games, lines)))
+    ranked = standings(games, lines)
+    write_atomically(path, page(games, ranked))
     typer.echo(f"report: {path}", err=True)
+    if as_json:
+        print_json({"report": path, "games": len(games), "ranking": _ranking(ranked)})

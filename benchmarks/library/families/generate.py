@@ -35,22 +35,27 @@ def drafts() -> Iterator[Draft]:
 
 
 def write_games(folder: Path) -> int:
-    """Write the games that ``folder`` lacks and the digests of all; return the number written."""
+    """Write the games that ``folder`` lacks and their digests; return the number written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    digests = read_digests(folder)
     written = 0
     for name, tables in drafts():
         path = folder / name / f"{VERSION}.toml"
-        if not path.exists():
-            path.parent.mkdir(parents=True, exist_ok=True)
+        if f"{name}/{path.name}" not in digests:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(toml_text(name, tables), encoding="utf-8")
+            digests[f"{name}/{path.name}"] = hashlib.sha256(path.read_bytes()).hexdigest()
             written += 1
-    files = sorted(folder.glob("*/*.toml"))
-    (folder / DIGESTS).write_text("".join(map(_digest_line, files)), encoding="utf-8")
+    lines = [f"{digest}  {name}\n" for name, digest in sorted(digests.items())]
+    (folder / DIGESTS).write_text("".join(lines), encoding="utf-8")
     return written
 
 
-def _digest_line(path: Path) -> str:
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return f"{digest}  {path.parent.name}/{path.name}\n"
+def read_digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every game file as it was first written, by its path."""
+    path = folder / DIGESTS
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
 
 
 if __name__ == "__main__":
