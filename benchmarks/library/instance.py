@@ -1,4 +1,4 @@
-"""The games of the library and their files: ``games/NAME/VERSION.toml``, records beside them.
+"""The games of the library and their files: ``games/NAME/VERSION.toml``, with records next to them.
 
 A game file never changes; its digest stands in ``games/DIGESTS``.  Wheels do not contain the games:
 the library is read from a checkout of the project, or from the folder that is named.
