@@ -72,10 +72,13 @@ def read_lines(path: Path) -> list[Line]:
 
 
 def run(plan: RunPlan, games: Sequence[Instance], budget: float | None = None) -> Iterator[Line]:
-    """Run the games that have no line yet, yield each new line; stop after ``budget`` seconds."""
+    """Run the games that have no line yet, the smallest first, and yield each new line.
+
+    No game is started after ``budget`` seconds.
+    """
     ended = {_address(line) for line in read_lines(plan.path)} if plan.path.exists() else set()
     started = monotonic()
-    for instance in games:
+    for instance in sorted(games, key=_size):
         address = (instance.name, instance.digest, plan.solver, plan.limit, plan.node_limit)
         if address in ended:
             continue
@@ -85,6 +88,14 @@ def run(plan: RunPlan, games: Sequence[Instance], budget: float | None = None) -
         with plan.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, allow_nan=False) + "\n")
         yield line
+
+
+def _size(instance: Instance) -> int:
+    """Return the number of encounters and horizon, multiplied: small games are solved faster."""
+    agents, obstacles = (len(instance.tables.get(key, ())) for key in ("agent", "obstacle"))
+    encounters = agents * (agents - 1) // 2 + agents * obstacles
+    states = max(len(agent["start"]) for agent in instance.tables["agent"])
+    return int(instance.tables["game"]["horizon"]) * max(encounters, 1) * states
 
 
 def _address(line: Line) -> tuple[Any, ...]:
