@@ -1,7 +1,7 @@
 """Failure probabilities of published reliability problems, as overlaps of bodies.
 
 Source: otbenchmark (OpenTURNS), which has them from the RPRepo collection: R - S, RP77 and RP107.
-Two of the printed probabilities are estimates: 2.92e-7 for RP107 is 2 % above the exact Phi(-5), and
+Two printed probabilities are estimates: 2.92e-7 for RP107 is 2 % above the exact Phi(-5), and
 2.87e-7 for RP77 is 7 % above the exact value, which is an integral over x3 of one variable.
 """
 
