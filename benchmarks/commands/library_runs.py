@@ -72,10 +72,10 @@ def run(
         for _ in run_games(plan, games, options.budget):
             advance(1)
     own = {game.name for game in games}
-    lines = [line for line in read_lines(plan.path) if line["game"] in own]
-    _print_ranking(
-        [game for game in games if game.name in {x["game"] for x in lines}], lines, as_json
-    )
+    lines = read_lines(plan.path) if plan.path.exists() else []
+    lines = [line for line in lines if line["game"] in own]
+    ran = {line["game"] for line in lines}
+    _print_ranking([game for game in games if game.name in ran], lines, as_json)
     if not any(line["status"] == "accepted" for line in lines):
         raise typer.Exit(NO_SOLUTION)
 
@@ -83,11 +83,19 @@ def run(
 def _run_plan(solver: str, options: RunOptions) -> RunPlan:
     from benchmarks.library.runs import RunPlan
     from benchmarks.library.solver_run import OURS, check_solver_name
+    from ppg_env.errors import require
+    from ppg_env.support.atomic_write import check_target
 
     check_solver_name(solver)
     label = options.label or solver
+    require(
+        solver in OURS or label not in OURS, "--label", f"is {label}, one of ours", "write another"
+    )
     stem = re.sub(r"[^A-Za-z0-9]+", "-", label).strip("-")[:60] or "solver"
-    path = Path("out/library") / f"{stem}.jsonl" if options.runs is None else Path(options.runs)
+    path = Path("out/library") / f"{stem}.jsonl"
+    if options.runs is not None:
+        path = Path(options.runs)
+        check_target(path, ".jsonl")
     path.parent.mkdir(parents=True, exist_ok=True)
     plans = None if solver in OURS else path.with_suffix("")
     limits = (options.time_limit, options.node_limit)

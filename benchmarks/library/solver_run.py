@@ -111,6 +111,8 @@ def _ours(
         return None, outcome
     if solution.regret is not None and np.isfinite(solution.regret).all():
         outcome.epsilon = float(solution.regret.max())
+        if len(solution.regret) == 1 and solution.evaluation is not None:  # a proof of optimality
+            outcome.bound = solution.evaluation.social_cost - outcome.epsilon
     outcome.status = "accepted"
     plan = {
         "arrival": [plan.arrival for plan in solution.profile],

@@ -16,10 +16,10 @@ def games() -> Iterator[Draft]:
         yield f"merge2-gap{gap}", _merge(gap, truck=False, third=False)
         yield f"merge2-gap{gap}-truck", _merge(gap, truck=True, third=False)
     yield "merge3", _merge(-8, truck=False, third=True)
-    for lead in (6, 10):
-        for slow in (3, 5):
+    for lead in (16, 24):
+        for slow in (4, 6):
             yield f"overtaking-{lead}-{slow}", _overtaking(lead, slow, oncoming=False)
-    yield "overtaking-10-3-oncoming", _overtaking(10, 3, oncoming=True)
+    yield "overtaking-24-4-oncoming", _overtaking(24, 4, oncoming=True)
     for n in (2, 3, 4, 5):
         yield f"roundabout{n}-walkers", _roundabout(n, robots=False)
     for n in (2, 3, 4):

@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.library.instance import chosen
 from benchmarks.library.record import Record, read_record
+from benchmarks.library.summary import class_rows, open_rows, sentences
 
 SOLVER = """
 import json, sys, tomllib
@@ -93,6 +94,10 @@ def test_our_solvers_close_and_certify_a_game(ppg, here, folder):
     shown = library(ppg, folder, "show", "lanes", "--json").json["record"]
     low, high = shown["risk"]["social"]
     assert 0 <= low <= high < 1
+    games = chosen(folder=folder)
+    assert class_rows(games)[0][:4] == ("easy", "2", "2", "2")
+    assert open_rows(games) == []
+    assert next(sentences(games)).startswith("Of 2 games 2 are closed")
     assert "ppg social" in library(ppg, folder, "show", "lanes").out
     assert "lanes/1" in library(ppg, folder, "list", "l*", "--class", "easy").out
 
@@ -146,6 +151,7 @@ def test_a_plan_below_a_bound_refutes_it():
         ("submit", "lanes", "nowhere.json", "--by", "me"),
         ("submit", "lanes", "games/lanes/1.toml"),
         ("report", "--runs", "nowhere.jsonl"),
+        ("run", "social", "--runs", "nowhere/runs.jsonl"),
     ],
     ids=" ".join,
 )

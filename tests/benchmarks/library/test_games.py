@@ -31,6 +31,7 @@ def test_the_library_is_as_large_and_varied_as_it_claims():
     assert sum(path.stat().st_size for path in FOLDER.rglob("*.*")) < 40e6
 
 
+@pytest.mark.slow
 def test_generators_write_the_files_that_are_there():
     texts = {name: toml_text(name, tables) for name, tables in drafts()}
     for one in GAMES:
@@ -39,6 +40,7 @@ def test_generators_write_the_files_that_are_there():
             assert tomllib.loads(texts[one.path.parent.name])["game"]["name"]
 
 
+@pytest.mark.slow
 def test_a_changed_file_keeps_its_first_digest(tmp_path):
     assert write_games(tmp_path) == len(GAMES)
     first = read_digests(tmp_path)
