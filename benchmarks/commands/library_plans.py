@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,7 +25,7 @@ def check(
     """Let the independent checker recompute all recorded plans, or one plan file."""
     from benchmarks.library.judge import read_plan_text, recorded_plans, verdict
 
-    rows = []
+    rows: list[dict[str, Any]] = []
     for instance in selected(names, selection):
         plans = {
             what: (entry["plan"], entry["social_cost"])

@@ -116,7 +116,7 @@ def fly(table: dict[str, Any], horizon: int, stay: bool, u: Any, claim: Any) -> 
     spreads = np.array(covs + [covs[t]] * (horizon - t))[:, :d, :d]
     gone = horizon if stay else t
     body = Body(points=points, means=means[:, :d], covs=spreads, rest=t, gone=gone, limit=limit)
-    return body, means, float(np.abs(u[:t]).sum()), defects
+    return body, means.tolist(), float(np.abs(u[:t]).sum()), defects
 
 
 def obstacle(table: dict[str, Any], horizon: int) -> Body:
@@ -170,9 +170,9 @@ def check(file: dict[str, Any], plan: dict[str, Any]) -> dict[str, Any]:
     own += [agent.get("effort", 0) * f[2] for agent, f in zip(agents, flights, strict=True)]
     cost, risks = (x.sum(axis=0) + x.sum(axis=1) - np.diag(x) for x in (loss, risks))
     cost = own + (1 - lam) * cost
-    values = {"arrival": [f[0].rest for f in flights], "means": [f[1].tolist() for f in flights]}
+    values: dict[str, Any] = {"arrival": [f[0].rest for f in flights], "social_cost": cost.sum()}
     values |= {"shifted_cost": cost.tolist(), "risk_sum": risks.tolist()}
-    values |= {"social_cost": cost.sum(), "potential": (own / (1 - lam)).sum() + loss.sum()}
+    values |= {"means": [f[1] for f in flights], "potential": (own / (1 - lam)).sum() + loss.sum()}
     for key in values.keys() & plan.keys():
         said, real = np.array(plan[key], float), np.array(values[key])
         if said.shape != real.shape or not np.allclose(said, real, 1e-9, 1e-9):

@@ -16,7 +16,8 @@ def project_lines() -> list[Line]:
 
 def class_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
     """Return a row per class: games, closed, certified equilibria, best solver and its score."""
-    rows, lines = [], project_lines()
+    lines = project_lines()
+    rows: list[tuple[str, ...]] = []
     for kind in CLASSES:
         members = [game for game in games if game.difficulty == kind]
         ranked = standings(members, lines) if members else []
@@ -29,7 +30,7 @@ def class_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
 
 def open_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
     """Return a row per open game: agents, best known social cost, bound and gap."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for game in games:
         record = game.record
         if record.closed:

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.library.families.tables import Draft, Table, game, walker
 
-USUAL = {"noise": 1.9, "shape": {"box": [15.0, 15.0]}, "control": {"l1": 10.0}}
+USUAL: dict[str, Any] = {"noise": 1.9, "shape": {"box": [15.0, 15.0]}, "control": {"l1": 10.0}}
 
 
 def games() -> Iterator[Draft]:
