@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.commands import VERBS
+from benchmarks.commands import GROUPS, VERBS
 from benchmarks.interrupt import ended_by_interrupts
 from ppg_env.errors import InputError
 from ppg_env.support.names import printable
@@ -29,6 +29,8 @@ app = typer.Typer(
 )
 for name, command in VERBS.items():
     app.command(name)(command)
+for group in GROUPS:
+    app.add_typer(group)
 
 
 def _print_version(asked: bool) -> None:

@@ -4,6 +4,7 @@
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
 study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
 the table of the paper's claims with the verdicts in FILE, and their definitions;
+``{library-records}`` says what the records of the instance library say;
 ``{claims-compared} FILE FILE`` the verdicts of two runs next to each other.
 """
 
@@ -39,6 +40,14 @@ class Commands(SphinxDirective):
         from benchmarks.cli import app
 
         sections = [_section(verb.name, verb.callback) for verb in app.registered_commands]
+        for group in app.registered_groups:
+            assert group.typer_instance is not None
+            outer = group.typer_instance.info.name
+            sections += [
+                _section(f"{outer} {verb.name or verb.callback.__name__}", verb.callback)
+                for verb in group.typer_instance.registered_commands
+                if verb.callback is not None
+            ]
         return self.parse_text_to_nodes("\n\n".join(sections), allow_section_headings=True)
 
 
@@ -55,6 +64,26 @@ class StudyResults(SphinxDirective):
         path = Path(__file__).parent / "studies" / f"{name}.json"
         self.env.note_dependency(str(path))
         return self.parse_text_to_nodes(study_markdown(name, path, part))
+
+
+class LibraryRecords(SphinxDirective):
+    """What the records of the instance library say."""
+
+    def run(self) -> list[nodes.Node]:
+        """Build the sentences and the tables."""
+        from benchmarks.library.instance import instances
+        from benchmarks.library.summary import class_rows, open_rows, sentences
+        from benchmarks.studies.markdown import markdown_table
+
+        games = instances()
+        classes = ("class", "games", "closed", "with an equilibrium", "best solver (score)")
+        unsolved = ("open game", "agents", "best social cost", "proved bound", "gap")
+        words = "\n".join(f"- {sentence}" for sentence in sentences(games))
+        tables = (
+            markdown_table(classes, class_rows(games)),
+            markdown_table(unsolved, open_rows(games)),
+        )
+        return self.parse_text_to_nodes("\n\n".join((words, *tables)))
 
 
 class Claims(SphinxDirective):
@@ -120,6 +149,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("scenarios", Scenarios)
     app.add_directive("commands", Commands)
     app.add_directive("study", StudyResults)
+    app.add_directive("library-records", LibraryRecords)
     app.add_directive("claims", Claims)
     app.add_directive("claims-compared", ComparedClaims)
     return {"parallel_read_safe": True}

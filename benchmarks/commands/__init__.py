@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import typer
+
 from benchmarks.commands.bench import bench
 from benchmarks.commands.certify import certify
 from benchmarks.commands.compare import compare
@@ -16,6 +18,7 @@ from benchmarks.commands.equilibria import equilibria
 from benchmarks.commands.explain import explain
 from benchmarks.commands.export import export
 from benchmarks.commands.feedback import feedback
+from benchmarks.commands.library import library
 from benchmarks.commands.regret import regret
 from benchmarks.commands.render import render
 from benchmarks.commands.reproduce import reproduce
@@ -48,3 +51,6 @@ VERBS: dict[str, Callable[..., None]] = {
     "explain": explain,
     "warm": warm,
 }
+
+GROUPS: tuple[typer.Typer, ...] = (library,)
+"""Verbs with verbs of their own."""

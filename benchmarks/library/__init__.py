@@ -1,0 +1,1 @@
+"""The instance library: games with names, best known plans, proved bounds, and a checker."""

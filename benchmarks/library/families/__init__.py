@@ -1,0 +1,1 @@
+"""Generators of the library's games, one file per kind; :mod:`.generate` writes their files."""
