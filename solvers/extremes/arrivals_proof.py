@@ -19,16 +19,19 @@ Where even the centres hinder each other, a set is bisected.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ppg_env import tolerances as tol
+from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Plan
 from solvers.budget import Budget
 from solvers.extremes.guard import Guard, directions_of
 from solvers.extremes.guarded_response import guarded_response
 from solvers.extremes.hindrance import hindrances
+from solvers.extremes.joint_losses import LeastLosses, least_losses
 from solvers.extremes.plan_set import HalfSpace, PlanSet
 
 SHARES = (0.7, 0.4, 0.0)
@@ -40,12 +43,13 @@ class _Node:
     """Sets of plans of both agents, and the agents whose guarded response is not known to fail."""
 
     sets: tuple[PlanSet, PlanSet]
+    losses: float
     untried: tuple[int, ...] = (0, 1)
 
     def with_set(self, j: int, subset: PlanSet) -> _Node:
         """Return the node with another set of agent ``j``."""
         pair = (subset, self.sets[1]) if j == 0 else (self.sets[0], subset)
-        return _Node(pair, (1 - j,))
+        return _Node(pair, self.losses, (1 - j,))
 
 
 class ArrivalsProof:
@@ -60,14 +64,14 @@ class ArrivalsProof:
     def __init__(
         self, game: Game, arrivals: Sequence[int], most: float, epsilon: float
     ) -> None:
-        self._game = game
-        agents = zip(game.agents, arrivals, strict=True)
-        self._costs = [a.lam * t + (1 - a.lam) * most - epsilon for a, t in agents]
+        self._game, self._most, self._epsilon = game, most, epsilon
         first, second = (
             PlanSet(agent, game.horizon, arrivals[j], directions_of(game, j))
             for j, agent in enumerate(game.agents)
         )
-        self._open = [_Node((first, second))]
+        # Bodies that touch at each event in traffic lose the most.
+        worst = min(arrivals) * float(objective.loss(game, np.zeros(())))
+        self._open = [_Node((first, second), worst)]
         self.nodes = 0
         self.stuck: list[tuple[Plan, Plan]] = []
 
@@ -84,35 +88,58 @@ class ArrivalsProof:
             node = self._open.pop()
             if any(plans.empty for plans in node.sets):
                 continue
-            if not any(self._deviates(node.sets[1 - i], i, budget) for i in node.untried):
-                self._open += self._divided(node, budget)
+            losses = min([node.losses, *(self._losses(node, i, budget) for i in node.untried)])
+            if losses <= self._most:
+                continue
+            above = losses + tol.AGREEMENT * max(1.0, losses)
+            least = least_losses(self._game, node.sets, above, budget)
+            if least.bound < above:
+                self._open += self._divided(replace(node, losses=losses), least, budget)
         return self.closed
 
-    def _deviates(self, others: PlanSet, i: int, budget: Budget) -> bool:
-        guard = Guard.against(self._game, others)
-        return guarded_response(guard, self._costs[i], budget) is not None
+    def _losses(self, node: _Node, i: int, budget: Budget) -> float:
+        """Return an upper bound on the losses, by a deviation of agent ``i`` from the node."""
+        agent, arrival = self._game.agents[i], node.sets[i].arrival
+        guard = Guard.against(self._game, node.sets[1 - i])
+        care, spent = 1 - agent.lam, agent.lam * arrival - self._epsilon
+        plan = guarded_response(guard, spent + care * node.losses, budget)
+        return np.inf if plan is None else (guard.cost(plan) - spent) / care
 
-    def _divided(self, node: _Node, budget: Budget) -> list[_Node]:
+    def _divided(self, node: _Node, least: LeastLosses, budget: Budget) -> list[_Node]:
         """Return nodes that cover the equilibria of a node."""
-        best: list[_Node] | None = None
-        for i in (0, 1):
-            j = 1 - i
-            parts = self._hindering(node.sets[j], i, budget)
-            if parts is not None and (best is None or len(parts) < len(best)):
-                best = [node.with_set(j, node.sets[j].with_half_spaces(part)) for part in parts]
-        return self._bisected(node) if best is None else best
+        for plans in ([each.centre for each in node.sets], least.plans):
+            choices = []
+            for i in (0, 1):
+                around = None if plans is None else plans[1 - i]
+                if around is not None:
+                    choices.append((1 - i, self._hindering(node.sets, i, around, least, budget)))
+            found = [(j, parts) for j, parts in choices if parts is not None]
+            if found:
+                j, parts = min(found, key=lambda choice: len(choice[1]))
+                return [node.with_set(j, node.sets[j].with_half_spaces(part)) for part in parts]
+        return self._bisected(node)
 
     def _hindering(
-        self, others: PlanSet, i: int, budget: Budget
+        self,
+        sets: tuple[PlanSet, PlanSet],
+        i: int,
+        around: Plan,
+        least: LeastLosses,
+        budget: Budget,
     ) -> list[tuple[HalfSpace, ...]] | None:
-        """Return half-spaces that cover where ``others`` leave agent ``i`` no cheap deviation."""
+        """Return half-spaces that cover where agent ``i`` has no cheap deviation.
+
+        Cheap ones leave losses below ``most``, or below all losses of the node.
+        """
+        others, agent = sets[1 - i], self._game.agents[i]
+        losses = max(self._most, least.bound - tol.AGREEMENT)
+        cost = agent.lam * sets[i].arrival + (1 - agent.lam) * losses - self._epsilon
         whole = Guard.against(self._game, others)
         for share in SHARES:
-            guard = Guard.against(self._game, others, share)
-            plan = guarded_response(guard, self._costs[i], budget)
+            guard = Guard.against(self._game, others, share, around)
+            plan = guarded_response(guard, cost, budget)
             if plan is not None:
-                room = self._costs[i] - whole.time_cost(plan)
-                return hindrances(whole, plan, room / (1 - self._game.agents[i].lam))
+                return hindrances(whole, plan, (cost - whole.time_cost(plan)) / (1 - agent.lam))
         return None
 
     def _bisected(self, node: _Node) -> list[_Node]:

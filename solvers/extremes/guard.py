@@ -45,14 +45,16 @@ class Guard:
     nearest: np.ndarray
 
     @classmethod
-    def against(cls, game: Game, others: PlanSet, share: float = 1.0) -> Guard:
-        """Return the guard against a set, or a ``share`` of it around its centre.
+    def against(
+        cls, game: Game, others: PlanSet, share: float = 1.0, around: Plan | None = None
+    ) -> Guard:
+        """Return the guard against a set, or against a ``share`` of it ``around`` one plan.
 
         Only with the whole set do its values bound costs.
         """
         nearest = others.reach
-        if share < 1 and others.centre is not None:
-            centre = others.centre.means[: others.arrival, : game.dim] @ others.directions.T
+        if around is not None:
+            centre = around.means[: others.arrival, : game.dim] @ others.directions.T
             nearest = share * nearest + (1 - share) * centre
         mover = int(np.array_equal(others.directions, directions_of(game, 0)))
         return cls(game, mover, nearest)

@@ -9,6 +9,7 @@ programs whose bounds are proved (:mod:`solvers.extremes.safe_lp`).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -80,6 +81,17 @@ class PlanSet:
             return None
         return make_plan(self.agent, np.mean([plan.controls for plan in self.vertices], axis=0))
 
+    @cached_property
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """The half-spaces as rows (K, T m) of the controls, and their limits (K,)."""
+        normals = [np.array(h.normal) for h in self.half_spaces]
+        times = [h.time for h in self.half_spaces]
+        pairs = list(zip(normals, times, strict=True))
+        crossed = np.array([normal @ self._effect[t] for normal, t in pairs])
+        shifts = np.array([normal @ self._drift[t] for normal, t in pairs])
+        most = np.array([h.most for h in self.half_spaces])
+        return crossed.reshape(len(pairs), self._effect.shape[2]), most - shifts + SLACK
+
     def _program(self) -> SafeProgram:
         """Return the program over the controls and, last, a common violation of half-spaces."""
         agent, T = self.agent, self.arrival
@@ -92,16 +104,12 @@ class PlanSet:
         most = [fixed.offsets[faces], fixed.room, fixed.change]
         least = [np.full(len(fixed.offsets[faces]) + len(fixed.room), -np.inf), fixed.change]
         plain = np.hstack([np.concatenate(rows), np.zeros((sum(map(len, rows)), 1))])
-        crossed = [
-            np.append(np.array(h.normal) @ self._effect[h.time], -1.0) for h in self.half_spaces
-        ]
-        limits = [
-            h.most - np.array(h.normal) @ self._drift[h.time] + SLACK for h in self.half_spaces
-        ]
+        crossed, limits = self.rows
+        crossed = np.hstack([crossed, np.full((len(crossed), 1), -1.0)])
         return SafeProgram(
             low,
             high,
-            np.vstack([plain, *crossed]),
+            np.vstack([plain, crossed]),
             np.concatenate([*least, np.full(len(limits), -np.inf)]),
             np.concatenate([*most, limits]),
         )
