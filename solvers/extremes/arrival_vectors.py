@@ -3,9 +3,9 @@ r"""What is known about the equilibria with each vector of arrivals.
     low   =  sum_i lam_i T_i + sum_i (1 - lam_i) m(T)       m(T): the least losses
     high  =  sum_i lam_i T_i + sum_i (1 - lam_i) most(T)    most(T): proved for equilibria
 
-A proof (:mod:`solvers.extremes.arrivals_proof`) lowers ``most``, and refutes a vector if it falls
-below m(T).  One that does not end within its nodes is set a higher goal, half-way to what is known,
-and once that is proved, a lower one again.
+Proofs (:mod:`solvers.extremes.arrivals_proof`) narrow this range from both ends, or show that there
+are no such equilibria.  After one that does not end within its limits, the next tries half of what
+was tried; once that is proved, more again.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from ppg_env import tolerances as tol
 from ppg_env.game import objective
 from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.cuts import CutPool
 from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import identity
 from solvers.extremes.arrivals_proof import ArrivalsProof
 
-FIRST_NODES = 30
-"""Nodes for the first proof of a vector; each that does not end doubles them."""
+FIRST_EFFORTS = 30, 3000
+"""Rounds of inequalities for the first proof of a vector, and nodes of each program; a proof that
+does not end doubles them."""
 
 
 class ArrivalVector:
@@ -45,9 +47,8 @@ class ArrivalVector:
         self._care = sum(1 - agent.lam for agent in game.agents)
         self.least = 0.0
         self.most = min(arrivals) * float(objective.loss(game, np.zeros(())))
-        self.failed = self.nodes = 0
-        self._goal_share, self._allowed = 0.0, FIRST_NODES
-        self._proof: tuple[float, ArrivalsProof] | None = None
+        self.failed, self._share, self._efforts = 0, 0.0, FIRST_EFFORTS
+        self._proof: ArrivalsProof | None = None
 
     @property
     def low(self) -> float:
@@ -72,34 +73,45 @@ class ArrivalVector:
 
     def lower(self, goal: float, budget: Budget) -> None:
         """Try to prove that equilibria cost at most ``goal``, or that there are none."""
-        wanted = max((goal - self._time) / self._care, self._refuting)
-        most = wanted + self._goal_share * max(self.most - wanted, 0.0)
-        if self._attempt(most, budget):
-            self.most = -inf if most < self.least else most
-            self._goal_share /= 2 if self._goal_share > 0.1 else inf
-        else:
-            self._goal_share = (1 + self._goal_share) / 2
+        wanted = max((goal - self._time) / self._care, self.least)
+        limit = wanted + self._share * max(self.most - wanted, 0.0)
+        if self._excludes(limit, self.most, budget):
+            self.most = -inf if limit <= self.least else limit
 
-    def refute(self, budget: Budget) -> None:
-        """Try to prove that there are no equilibria."""
-        if self._attempt(self._refuting, budget):
-            self.most = -inf
+    def raise_low(self, goal: float, budget: Budget) -> None:
+        """Try to prove that equilibria cost at least ``goal``, or that there are none."""
+        wanted = min((goal - self._time) / self._care, self.most)
+        limit = wanted - self._share * max(wanted - self.least, 0.0)
+        if self._excludes(self.least, limit, budget):
+            self.least, self.most = limit, self.most if limit < self.most else -inf
+
+    def _excludes(self, least: float, most: float, budget: Budget) -> bool:
+        """Return whether no equilibrium is proved to lose from ``least`` to ``most``."""
+        if self._proof is None:
+            self._proof = ArrivalsProof(self.game, self.arrivals, self._epsilon)
+        slack = tol.AGREEMENT * max(1.0, abs(least))
+        rounds, nodes = self._efforts
+        proved = self._proof.excludes(
+            least - slack, most + slack, budget, rounds=rounds, nodes=nodes
+        )
+        if proved:
+            self._share = 0.0 if self._share < 0.2 else self._share / 2
+        else:
+            self.failed += 1
+            self._share, self._efforts = (1 + self._share) / 2, (2 * rounds, 2 * nodes)
+        return proved
+
+    def take_candidate(self) -> Profile | None:
+        """Return a new profile that may be an equilibrium, if the last proof ended with one."""
+        if self._proof is None or self._proof.candidate is None:
+            return None
+        candidate, self._proof.candidate = self._proof.candidate, None
+        return candidate
 
     @property
-    def _refuting(self) -> float:
-        return self.least - tol.AGREEMENT * max(1.0, self.least)
-
-    def _attempt(self, most: float, budget: Budget) -> bool:
-        """Continue the proof of ``most``, or begin it; return whether it is complete."""
-        if self._proof is None or self._proof[0] != most:
-            self._proof = most, ArrivalsProof(self.game, self.arrivals, most, self._epsilon)
-        proof, before = self._proof[1], self._proof[1].nodes
-        proof.search(budget, self._allowed)
-        self.nodes += proof.nodes - before
-        if not proof.closed:
-            self.failed += 1
-            self._allowed *= 2
-        return proof.closed
+    def inequalities(self) -> int:
+        """Number of equilibrium inequalities of its proof."""
+        return 0 if self._proof is None else self._proof.inequalities
 
 
 def refinable(game: Game) -> bool:

@@ -43,7 +43,7 @@ class EquilibriumBounds:
     refined : whether the game allows more than the coarse bounds: two agents without obstacles
         and effort that keep apart at instants and leave at their goals.
     arrivals, open : numbers of vectors of arrivals: all, and those whose proofs are not complete.
-    nodes : nodes of all proofs.
+    inequalities : equilibrium inequalities of all proofs.
     seconds : wall time.
     """
 
@@ -57,7 +57,7 @@ class EquilibriumBounds:
     refined: bool
     arrivals: int
     open: int
-    nodes: int
+    inequalities: int
     seconds: float
 
     @property

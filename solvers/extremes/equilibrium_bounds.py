@@ -15,19 +15,22 @@ that touch at all times.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 
 from ppg_env import tolerances as tol
 from ppg_env.game.canonical import frame_of
 from ppg_env.game.evaluation import Evaluation
 from ppg_env.game.game import Game
+from ppg_env.game.plan import Profile
 from solvers.budget import Budget
-from solvers.equilibrium.enumeration import Equilibrium, collect_equilibria
+from solvers.equilibrium.best_response_dynamics import best_response_dynamics
+from solvers.equilibrium.enumeration import Equilibrium, collect_equilibria, passing
 from solvers.extremes.arrival_vectors import ArrivalVector, all_vectors, refinable
 from solvers.extremes.bounds_result import Between, EquilibriumBounds
 from solvers.extremes.coarse_limits import largest_cost, risk_limits
 from solvers.optimum.joint import social_optimum
+from solvers.solution import Status
 
 SAMPLING_SHARE, OPTIMUM_SHARE = 0.2, 0.2
 """Parts of the time limit for sampled equilibria, and for the social optimum."""
@@ -39,6 +42,7 @@ MOST_FAILURES = 6
 def equilibrium_bounds(
     game: Game,
     *,
+    sampled: Sequence[Equilibrium] | None = None,
     runs: int = 12,
     seed: int = 0,
     gap: float = 0.01,
@@ -50,9 +54,11 @@ def equilibrium_bounds(
 
     Parameters
     ----------
+    sampled
+        Equilibria that are known, of which those with a certified regret up to ``epsilon`` count.
     runs, seed
-        Number and random seed of the runs of the dynamics that sample equilibria
-        (:func:`solvers.collect_equilibria`).
+        Without ``sampled``, the number and the random seed of the runs of the dynamics that find
+        some (:func:`solvers.collect_equilibria`).
     gap
         Relative width of both intervals at which the search ends.
     epsilon
@@ -64,7 +70,7 @@ def equilibrium_bounds(
         Called with every better result.
     """
     search = _Search(game, epsilon, Budget(time_limit), progress or (lambda result: None))
-    search.sample(runs, seed)
+    search.sample(sampled, runs, seed)
     search.refine(gap)
     return search.result
 
@@ -82,21 +88,18 @@ class _Search:
         self._game, self._epsilon, self._budget, self._progress = game, epsilon, budget, progress
         self._sampled: tuple[Equilibrium, ...] = ()
         self._optimum = Between(0.0, inf)
-        frame = frame_of(game)
-        canonical = game if frame is None else frame.canonical
+        self._frame = frame_of(game)
+        canonical = game if self._frame is None else self._frame.canonical
         self._vectors = all_vectors(canonical, epsilon) if refinable(canonical) else []
         self._refined = bool(self._vectors)
 
-    def sample(self, runs: int, seed: int) -> None:
-        """Sample equilibria and bound the social optimum."""
+    def sample(self, known: Sequence[Equilibrium] | None, runs: int, seed: int) -> None:
+        """Sample equilibria, if none are known, and bound the social optimum."""
         limit = self._budget.limit
-        each = None if limit is None else SAMPLING_SHARE * limit / runs
-        found = collect_equilibria(self._game, runs=runs, seed=seed, time_limit=each)
-        self._sampled = tuple(
-            kind
-            for kind in found
-            if kind.solution.regret is not None and kind.solution.regret.max() <= self._epsilon
-        )
+        each = None if limit is None else SAMPLING_SHARE * limit / max(runs, 1)
+        if known is None:
+            known = collect_equilibria(self._game, runs=runs, seed=seed, time_limit=each)
+        self._sampled = self._certified(known)
         share = None if limit is None else OPTIMUM_SHARE * limit
         optimum = social_optimum(self._game, time_limit=share, seed=seed)
         self._optimum = Between(max(optimum.bound, 0.0), optimum.value)
@@ -118,9 +121,32 @@ class _Search:
                 assert lowering is not None
                 lowering.lower(before.worst.low * (1 + gap), self._budget)
             else:
-                refuting.refute(self._budget)
+                refuting.raise_low(before.best.high * (1 - gap), self._budget)
+            for vector in (lowering, refuting):
+                self._add_sample(None if vector is None else vector.take_candidate())
             if (before.best, before.worst) != (self.result.best, self.result.worst):
                 self._progress(self.result)
+
+    def _add_sample(self, profile: Profile | None) -> None:
+        """Add the equilibrium that the dynamics reach from a profile of the canonical game."""
+        if profile is None:
+            return
+        start = profile if self._frame is None else self._frame.back(profile)
+        solution = best_response_dynamics(self._game, start=start, time_limit=self._budget.left)
+        if solution.status is Status.EQUILIBRIUM and solution.profile is not None:
+            kind = Equilibrium(passing(self._game, solution.profile), solution, 1)
+            if not any(_alike(kind, other) for other in self._sampled):
+                self._sampled = self._certified([*self._sampled, kind])
+
+    def _certified(self, kinds: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
+        """Return the epsilon-equilibria among ``kinds``, cheapest first."""
+        regrets = [kind.solution.regret for kind in kinds]
+        proved = [
+            kind
+            for kind, regret in zip(kinds, regrets, strict=True)
+            if regret is not None and regret.max() <= self._epsilon
+        ]
+        return tuple(sorted(proved, key=lambda kind: _evaluation(kind).social_cost))
 
     def _dearest(self, goal: float) -> ArrivalVector | None:
         """Return the vector with the largest upper limit, if that is above the ``goal``."""
@@ -158,9 +184,15 @@ class _Search:
             refined=self._refined,
             arrivals=len(self._vectors),
             open=sum(v.failed > 0 and v.high > worst for v in live),
-            nodes=sum(v.nodes for v in self._vectors),
+            inequalities=sum(v.inequalities for v in self._vectors),
             seconds=self._budget.spent,
         )
+
+
+def _alike(kind: Equilibrium, other: Equilibrium) -> bool:
+    """Return whether two equilibria have the same name and cost."""
+    costs = [_evaluation(each).social_cost for each in (kind, other)]
+    return kind.name == other.name and abs(costs[0] - costs[1]) <= tol.IMPROVEMENT
 
 
 def _evaluation(kind: Equilibrium) -> Evaluation:

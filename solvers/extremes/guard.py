@@ -1,7 +1,7 @@
-r"""What a plan costs its agent at most, against all plans of a set of the other agent.
+r"""What a plan costs its agent at most, against all plans of the other agent near a given one.
 
-With R_t(a) >= a . r_j(t) for every plan of the set P_j, face p of the pair's collision set has at
-least the clearance
+With R_t(a) >= a . r_j(t) for all of those plans, face p of the pair's collision set has at least
+the clearance
 
     c_p(t) = a_p . r_i(t) - b_p - R_t(a_p)        (i is the first of the pair; else mirrored)
 
@@ -19,7 +19,7 @@ from ppg_env.game import objective
 from ppg_env.game.game import Game
 from ppg_env.game.margins import encounter_units, event_margins
 from ppg_env.game.plan import Plan
-from solvers.extremes.plan_set import PlanSet
+from solvers.engine.reachability_bounds import reach_of
 
 PAIR = 0
 """Index of the encounter of the two agents."""
@@ -30,9 +30,20 @@ def directions_of(game: Game, agent: int) -> np.ndarray:
     return np.asarray(game.encounters[PAIR].collision.normals * (-1.0 if agent == 0 else 1.0))
 
 
+def reach_along(game: Game, agent: int, arrival: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return (T, F) the lowest and highest position along ``directions_of`` the agent."""
+    rows = tuple(map(tuple, directions_of(game, agent).tolist()))
+    return reach_of(game.agents[agent], rows, game.horizon).bounds(arrival, arrival)
+
+
+def pair_units(game: Game) -> np.ndarray:
+    """Return (H+1, F) lengths of one unit of margin."""
+    return encounter_units(game, game.encounters[PAIR], (game.horizon,) * 2)
+
+
 @dataclass(frozen=True)
 class Guard:
-    """Agent ``agent`` against every plan of the other agent in a set.
+    """Agent ``agent`` against plans of the other agent.
 
     Attributes
     ----------
@@ -45,46 +56,32 @@ class Guard:
     nearest: np.ndarray
 
     @classmethod
-    def against(
-        cls, game: Game, others: PlanSet, share: float = 1.0, around: Plan | None = None
-    ) -> Guard:
-        """Return the guard against a set, or against a ``share`` of it ``around`` one plan.
+    def around(cls, game: Game, agent: int, other: Plan, arrival: int, share: float) -> Guard:
+        """Return the guard against ``other``, and a ``share`` of what its agent can reach."""
+        directions = directions_of(game, 1 - agent)
+        centre = other.means[:arrival, : game.dim] @ directions.T
+        _, high = reach_along(game, 1 - agent, arrival)
+        return cls(game, agent, share * high + (1 - share) * centre)
 
-        Only with the whole set do its values bound costs.
-        """
-        nearest = others.reach
-        if around is not None:
-            centre = around.means[: others.arrival, : game.dim] @ others.directions.T
-            nearest = share * nearest + (1 - share) * centre
-        mover = int(np.array_equal(others.directions, directions_of(game, 0)))
-        return cls(game, mover, nearest)
+    @classmethod
+    def anywhere(cls, game: Game, agent: int, arrival: int) -> Guard:
+        """Return the guard against all plans of the other agent with an arrival."""
+        _, high = reach_along(game, 1 - agent, arrival)
+        return cls(game, agent, high)
 
     @cached_property
     def units(self) -> np.ndarray:
         """(H+1, F) lengths of one unit of margin."""
-        return encounter_units(self.game, self.game.encounters[PAIR], (self.game.horizon,) * 2)
-
-    def clearances(self, plan: Plan) -> np.ndarray:
-        """Return (K, F) the least clearance of each face, while both are in traffic."""
-        assert plan.arrival is not None
-        count = min(plan.arrival, len(self.nearest))
-        own = plan.means[:count, : self.game.dim] @ directions_of(self.game, self.agent).T
-        offsets = self.game.encounters[PAIR].collision.offsets
-        return np.asarray(-own - offsets - self.nearest[:count])
-
-    def losses(self, plan: Plan) -> np.ndarray:
-        """Return (K,) the largest loss of each event; infinite where bodies may overlap."""
-        clear = self.clearances(plan)
-        margins = event_margins(self.game, clear, self.units[: len(clear)])
-        losses = objective.loss(self.game, np.maximum(margins, 0.0))
-        return np.where(margins >= 0, losses, np.inf)
-
-    def time_cost(self, plan: Plan) -> float:
-        """Return what the arrival of a plan costs."""
-        assert plan.arrival is not None
-        return self.game.agents[self.agent].lam * plan.arrival
+        return pair_units(self.game)
 
     def cost(self, plan: Plan) -> float:
         """Return the most that ``plan`` costs its agent."""
-        care = 1 - self.game.agents[self.agent].lam
-        return float(self.time_cost(plan) + care * self.losses(plan).sum())
+        assert plan.arrival is not None
+        agent, count = self.game.agents[self.agent], min(plan.arrival, len(self.nearest))
+        own = plan.means[:count, : self.game.dim] @ directions_of(self.game, self.agent).T
+        clear = -own - self.game.encounters[PAIR].collision.offsets - self.nearest[:count]
+        margins = event_margins(self.game, clear, self.units[:count])
+        if (margins < 0).any():
+            return np.inf
+        losses = objective.loss(self.game, margins).sum()
+        return float(agent.lam * plan.arrival + (1 - agent.lam) * losses)

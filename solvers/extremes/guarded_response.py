@@ -26,17 +26,21 @@ from solvers.engine.presolve import PresolvedEncounter, Subproblem, presolve_wit
 from solvers.engine.reachability_bounds import reach_of
 from solvers.extremes.guard import PAIR, Guard, directions_of
 
-MOST_NODES = 150
-"""Linear programs for one deviation with a given arrival."""
+MOST_NODES = 60
+"""Linear programs for one deviation with a given arrival: a cheap one is wanted, not the best."""
 
 
 def guarded_response(guard: Guard, most: float, budget: Budget) -> Plan | None:
-    """Return a plan of the guard's agent that costs at most ``most``, the cheapest found."""
+    """Return a plan of the guard's agent that costs at most ``most``; None if none is found.
+
+    The earliest arrival that allows one is taken.
+    """
     game, i = guard.game, guard.agent
     lam, first = game.agents[i].lam, earliest_way(game, i)
     search = _Search(guard, most)
     for arrival in range(first or 0, game.horizon + 1):
-        if budget.out or search.least - lam * arrival <= tol.MIP_GAP:
+        late = search.least - lam * arrival <= tol.MIP_GAP
+        if budget.out or late or search.best is not None:
             break
         search.try_arrival(arrival, budget)
     return search.best
