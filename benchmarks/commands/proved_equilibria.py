@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from benchmarks.terminal import outward, print_table
+from ppg_env import tolerances as tol
 
 if TYPE_CHECKING:
     from ppg_env.game.game import Game
@@ -68,5 +69,7 @@ def print_proof(bounds: EquilibriumBounds) -> None:
 
 
 def _text(interval: Between) -> str:
-    low, high = (outward(value, ".4f", up=k == 1) for k, value in enumerate(interval))
+    """Return an interval rounded outwards, up to the tolerance of the bounds."""
+    low = outward(interval.low + tol.AGREEMENT, ".4f", up=False)
+    high = outward(interval.high - tol.AGREEMENT, ".4f", up=True)
     return f"{low} to {high}"
