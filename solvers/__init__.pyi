@@ -4,6 +4,8 @@ from .equilibrium.certificate import Certificate as Certificate
 from .equilibrium.certificate import certify as certify
 from .equilibrium.enumeration import Equilibrium as Equilibrium
 from .equilibrium.enumeration import collect_equilibria as collect_equilibria
+from .extremes.bounds_result import EquilibriumBounds as EquilibriumBounds
+from .extremes.equilibrium_bounds import equilibrium_bounds as equilibrium_bounds
 from .feedback.grid.dynamic_programming import best_feedback_response as best_feedback_response
 from .feedback.grid.dynamic_programming import feedback_equilibrium as feedback_equilibrium
 from .feedback.grid.dynamic_programming import feedback_optimum as feedback_optimum

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ppg_env.game.evaluation import Evaluation
     from ppg_env.game.game import Game
     from solvers.equilibrium.enumeration import Equilibrium
+    from solvers.extremes.bounds_result import EquilibriumBounds
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class EquilibriumSet:
     runs: int
     kinds: Sequence[Equilibrium]
     evaluations: Sequence[Evaluation]
+    bounds: EquilibriumBounds | None = None
 
     @property
     def risks(self) -> list[float]:
@@ -55,11 +57,20 @@ def equilibria(
     game: GameArgument,
     *,
     runs: Annotated[int, typer.Option(min=1, help="Runs of the dynamics.")] = 20,
+    prove: Annotated[
+        bool,
+        typer.Option(
+            "--prove",
+            help="Bound the best and the worst equilibrium; --time-limit (default 300 s) is then "
+            "that of the proof, too.",
+        ),
+    ] = False,
     planner: PlannerOptions,
     as_json: JsonOption = False,
     overrides: dict[str, Any],
 ) -> None:
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
+    from benchmarks.commands.proved_equilibria import bound_equilibria
     from solvers.equilibrium.enumeration import collect_equilibria
 
     instance = named_game(game, overrides)
@@ -72,12 +83,14 @@ def equilibria(
             time_limit=planner.time_limit,
             progress=advance,
         )
+    bounds = bound_equilibria(instance, kinds, planner.time_limit) if prove else None
+    kinds = kinds if bounds is None else list(bounds.sampled)
     if not kinds:
         no_solution(f"none of {runs} runs reached an equilibrium; allow more runs or time")
     evaluations = [
         kind.solution.evaluation for kind in kinds if kind.solution.evaluation is not None
     ]
-    collection = EquilibriumSet(instance, runs, kinds, evaluations)
+    collection = EquilibriumSet(instance, runs, kinds, evaluations, bounds)
     if as_json:
         print_json(_report(collection))
     else:
@@ -85,6 +98,7 @@ def equilibria(
 
 
 def _report(collection: EquilibriumSet) -> dict[str, Any]:
+    from benchmarks.commands.proved_equilibria import proof_report
     from benchmarks.comparison.overlaps import between_steps_report
     from benchmarks.comparison.report import evaluation_report, game_name
 
@@ -107,10 +121,11 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
         "dearest": len(collection.kinds) - 1,
         "safest": collection.safest,
         "riskiest": collection.riskiest,
-    }
+    } | ({} if collection.bounds is None else {"proved": proof_report(collection.bounds)})
 
 
 def _print(collection: EquilibriumSet) -> None:
+    from benchmarks.commands.proved_equilibria import print_proof
     from benchmarks.comparison.overlaps import between_steps_note
     from benchmarks.comparison.report import game_name
     from ppg_env.game.between_steps import overlap_times
@@ -140,6 +155,8 @@ def _print(collection: EquilibriumSet) -> None:
         f"crash risk, safest, riskiest: by the bound on any overlap {overlap_times(game)}",
         texts=2,
     )
+    if collection.bounds is not None:
+        print_proof(collection.bounds)
     print_note(
         between_steps_note(game, {kind.name: kind.solution.profile for kind in collection.kinds})
     )

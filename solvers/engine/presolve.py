@@ -96,7 +96,17 @@ def presolve_encounter(
     encounter = game.encounters[index]
     planned = {i: arrivals[i] if i in arrivals else given[i].arrival for i in encounter.agents}
     low, high = _clearances(game, encounter, arrivals, given, instants(game, encounter, planned))
-    rest = rests(game, encounter, planned)
+    return presolve_within(game, index, rests(game, encounter, planned), low, high)
+
+
+def presolve_within(
+    game: Game, index: int, rest: tuple[int, ...], low: np.ndarray, high: np.ndarray
+) -> PresolvedEncounter | None:
+    """Presolve encounter ``index`` whose faces have clearances (K, F) from ``low`` to ``high``.
+
+    ``rest`` are the times from which errors stay as they are.
+    """
+    encounter = game.encounters[index]
     units, cap = encounter_units(game, encounter, rest)[: len(low)], game.margin_cap
     faces = over_events(game, high) >= -tol.LENGTH
     if not faces.any(axis=1).all():

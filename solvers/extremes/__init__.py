@@ -1,0 +1,1 @@
+"""Best and worst equilibria: proved bounds over all equilibria of a game."""
