@@ -10,7 +10,6 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -54,7 +53,7 @@ class PathPlanningClass(TaskClass):
 
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: Any
-    ) -> Callable[[], GameTorchRLEnv]:
+    ) -> Any:
         """Return what makes copies of the environment."""
         return lambda: GameTorchRLEnv(self.config["game"], num_envs, seed=seed, device=device)
 
@@ -119,7 +118,7 @@ if __name__ == "__main__":
     config.lr, config.gamma, config.max_n_frames = 1e-3, 0.99, STEPS
     config.on_policy_collected_frames_per_batch, config.on_policy_n_envs_per_worker = 2048, 64
     config.on_policy_n_minibatch_iters, config.on_policy_minibatch_size = 10, 512
-    config.evaluation, config.loggers, config.create_json = False, [], False
+    config.evaluation, config.create_json, config.loggers = False, False, []
     config.save_folder = tempfile.mkdtemp()
     task = PathPlanningTask.HEAD_ON.get_task({"game": game})
     mlp = MlpConfig(num_cells=[64, 64], layer_class=torch.nn.Linear, activation_class=torch.nn.Tanh)
@@ -128,9 +127,8 @@ if __name__ == "__main__":
     )
     start = time.time()
     experiment.run()
-    seconds = time.time() - start
-
-    count, high = len(game.agents), experiment.test_env.simulator.high
+    seconds, count = time.time() - start, len(game.agents)
+    steps, high = experiment.total_frames * count, experiment.test_env.simulator.high
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
         """Return the most likely action; the policy acts for all agents, ``agent`` is one."""
@@ -139,4 +137,4 @@ if __name__ == "__main__":
         with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
             return experiment.policy(batch)["agents", "action"][:, agent].numpy() / high[agent]
 
-    report("benchmarl-mappo", game, act, steps=experiment.total_frames * count, seconds=seconds)
+    report("benchmarl-mappo", game, act, steps=steps, seconds=seconds)
