@@ -15,6 +15,7 @@ import numpy as np
 from ppg_env.env import episodes as arena
 from ppg_env.env.episodes import Episodes, Summary
 from ppg_env.env.players import Player
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.game.game import Game
@@ -75,9 +76,12 @@ def evaluate_runs(
     *,
     groups: int | None = None,
     rules: Rules | None = None,
+    randomize: Randomize | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> RunStatistics:
     """Simulate ``episodes`` in total under ``rules``, in ``groups`` (by default one per run).
+
+    Episodes draw what ``randomize`` says.
 
     A single run plays all groups; several runs need one group each.
     """
@@ -87,7 +91,14 @@ def evaluate_runs(
     return RunStatistics(
         tuple(
             arena.evaluate(
-                game, runs[r % len(runs)], each, seed, group=r, rules=rules, progress=progress
+                game,
+                runs[r % len(runs)],
+                each,
+                seed,
+                group=r,
+                rules=rules,
+                randomize=randomize,
+                progress=progress,
             )
             for r in range(count)
         )

@@ -8,16 +8,20 @@ import torch
 from torch import nn
 
 from baselines.policy import Policy
+from ppg_env.env.drawn_entries import observed_fields
+from ppg_env.env.randomize import Randomize
 from ppg_env.errors import require
 
 ACTIVATIONS = {nn.Tanh: "tanh", nn.ReLU: "relu"}
 
 
-def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
+def export_policy(
+    model: Any, *, conditioned: bool = False, randomize: Randomize | None = None
+) -> Policy:
     """Return the policy of a PPO, A2C or SAC model with ``MlpPolicy``, without exploration.
 
     ``conditioned`` states that lam is the last input, as in a
-    :class:`~baselines.vec_env.GameVecEnv` with ``weights``.
+    :class:`~baselines.vec_env.GameVecEnv` with ``weights``; ``randomize`` is its rule.
 
     Raises
     ------
@@ -46,6 +50,8 @@ def export_policy(model: Any, *, conditioned: bool = False) -> Policy:
         ACTIVATIONS[next(iter(hidden))],
         squash=hasattr(model, "actor"),
         conditioned=conditioned,
+        drawn=observed_fields(randomize),
+        shared=() if randomize is None else randomize.shared,
     )
 
 

@@ -1,6 +1,6 @@
 r"""A trained policy as plain arrays, and its player; needs NumPy alone.
 
-x = observation, and lam if the policy is conditioned on it
+x = observation, what episodes drew if the policy observes it, and lam if it is conditioned on it
 x <- activation(W x + b)         hidden layers
 a = clip(W x + b, -1, 1), or tanh of it
 u = middle + half * a            the box around all of the agent's control sets
@@ -13,11 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ppg_env.env.drawn_entries import OBSERVED, DrawnEntries, OwnValues
 from ppg_env.env.observation import observation_size
 from ppg_env.env.players import Player, View, straight_players
+from ppg_env.env.randomize import Near, Randomize
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
@@ -39,6 +42,8 @@ class Policy(Record):
     activation : of the hidden layers, ``tanh`` or ``relu``.
     squash : whether the last layer ends in tanh; else it is clipped.
     conditioned : whether lam is the last input.
+    drawn : fields of a :class:`~ppg_env.env.Randomize` that are inputs, after the observation.
+    shared : those among them of which one value holds for all agents.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -46,6 +51,8 @@ class Policy(Record):
     activation: str = "tanh"
     squash: bool = False
     conditioned: bool = False
+    drawn: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require(
@@ -54,6 +61,8 @@ class Policy(Record):
             f"is {self.activation!r}",
             "write " + " or ".join(ACTIVATIONS),
         )
+        for field in self.drawn:
+            require(field in OBSERVED, "drawn", f"names {field!r}", "use " + ", ".join(OBSERVED))
         for name in ("weights", "biases"):
             layers = tuple(np.array(layer, dtype=np.float32) for layer in getattr(self, name))
             for layer in layers:
@@ -79,6 +88,11 @@ class Policy(Record):
         """Number of action components."""
         return self.biases[-1].size
 
+    def entries(self, game: Game) -> DrawnEntries:
+        """Return the inputs about what is drawn, of agents of ``game``."""
+        fields: dict[str, Any] = dict.fromkeys(self.drawn, Near(0.0))
+        return DrawnEntries(Randomize(**fields, shared=self.shared), game)
+
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
         """Return actions (C, m) in [-1, 1] for inputs (C, W) float32."""
         activate, x = ACTIVATIONS[self.activation], inputs
@@ -101,8 +115,10 @@ class LearnedPlayer:
         mover = game.agents[agent]
         self._agent, self.policy = agent, policy
         self._size = mover.control_dim
-        self._observed = observation_size(game)  # of what is drawn, it sees no more than lam
-        entries = self._observed + policy.conditioned
+        self._observed, drawn = observation_size(game), policy.entries(game)
+        own = drawn.read(OwnValues(game), np.zeros(1, dtype=np.int64))
+        self._own = own[0, agent].astype(np.float32)
+        entries = self._observed + drawn.size + policy.conditioned
         require(
             policy.inputs == entries and policy.outputs >= self._size,
             "policy",
@@ -122,10 +138,24 @@ class LearnedPlayer:
 
     def actions(self, observations: np.ndarray, lam: np.ndarray) -> np.ndarray:
         """Return actions (C, m) for observations (C, W) of an agent with weights ``lam`` (C,)."""
-        inputs = observations[:, : self._observed]
+        inputs = self._seen(observations)
         if self.policy.conditioned:
             inputs = np.concatenate([inputs, lam[:, None].astype(np.float32)], axis=1)
         return self._middle + self._half * self.policy(inputs)[:, : self._size]
+
+    def _seen(self, seen: np.ndarray) -> np.ndarray:
+        """Return observations (C, W) and what was drawn; it is the game's own if not observed."""
+        size = self._observed + self._own.size
+        if size > seen.shape[1] == self._observed:
+            own = np.broadcast_to(self._own, (len(seen), self._own.size))
+            return np.concatenate([seen, own], axis=1)
+        require(
+            seen.shape[1] == size or not self._own.size,
+            "policy",
+            f"observes {size} entries, and the environment has {seen.shape[1]}",
+            "play it where the fields are drawn that it was trained with, or none",
+        )
+        return seen[:, :size]
 
 
 def team_players(game: Game, team: Team) -> Sequence[Player]:

@@ -9,8 +9,8 @@ A file holds the runs of one training, one run per seed, each a team of policies
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ import numpy as np
 
 from baselines.policy import LearnedPlayer, Policy, Team, team_players
 from ppg_env.env.players import Player
+from ppg_env.env.randomize import Distribution, Randomize
+from ppg_env.env.rule_tables import randomize_from_table
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.formats.plan_file import to_json
@@ -90,26 +92,52 @@ class Learned:
         return lambda observation: player.actions(observation[None], lam)[0]
 
     def fits(self, game: Game) -> bool:
-        """Return whether they were trained for this game; gains and objective are ignored."""
+        """Return whether they were trained for this game; gains and objective are ignored.
+
+        A lam or a noise that training drew may be any between the least and the largest draw.
+        """
         trained = game_from_tables(self.about["game"], "game")
+        table = self.about.get("randomize")
+        rule = Randomize() if table is None else randomize_from_table(table)
+        one_lam = self.about["lam"] is not None or "lam" in rule.shared  # for all agents
         same = (
             len(trained.agents) == len(game.agents)
             and trained.obstacles == game.obstacles
             and trained.horizon == game.horizon
             and trained.crash_cost == game.crash_cost
-            # Where lam is an input it was the same for all agents.
-            and (self.about["lam"] is None or len({agent.lam for agent in game.agents}) == 1)
+            and (not one_lam or len({agent.lam for agent in game.agents}) == 1)
         )
         return same and all(
-            _same(ours, theirs) and self._covers(theirs.lam, ours.lam)
-            for ours, theirs in zip(trained.agents, game.agents, strict=True)
+            _same(theirs, _with_drawn_noise(ours, theirs, noise))
+            and _between(ours.lam, self.about["lam"] or _limits(lam, theirs.lam))
+            for ours, theirs, lam, noise in zip(
+                game.agents,
+                trained.agents,
+                rule.each("lam", trained.agent_names),
+                rule.each("noise", trained.agent_names),
+                strict=True,
+            )
         )
 
-    def _covers(self, lam: float, trained: float) -> bool:
-        if self.about["lam"] is None:
-            return lam == trained
-        low, high = self.about["lam"]
-        return bool(low <= lam <= high)
+
+def _limits(draw: Distribution | None, own: float) -> list[float]:
+    """Return the least and the largest value that training had."""
+    values = [np.array([own])] if draw is None else draw.extremes(np.array([own]))
+    return [float(min(v[0] for v in values)), float(max(v[0] for v in values))]
+
+
+def _between(value: float, limits: Sequence[float]) -> bool:
+    return bool(limits[0] <= value <= limits[1])
+
+
+def _with_drawn_noise(ours: Agent, theirs: Agent, draw: Distribution | None) -> Agent:
+    """Return our agent, with the noise of theirs if training may have drawn ours."""
+    s = float(ours.noise[0, 0])
+    alike = np.array_equal(ours.noise, s * np.eye(len(ours.noise)))
+    own = float(np.trace(theirs.noise) / len(theirs.noise))
+    if draw is None or not alike or not _between(s, _limits(draw, own)):
+        return ours
+    return replace(ours, noise=theirs.noise)
 
 
 def _same(ours: Agent, theirs: Agent) -> bool:
@@ -144,6 +172,7 @@ def _layers(policy: Policy | None) -> dict[str, Any] | None:
         "activation": policy.activation,
         "squash": policy.squash,
         "conditioned": policy.conditioned,
+        **({"drawn": policy.drawn, "shared": policy.shared} if policy.drawn else {}),
     }
 
 
@@ -201,4 +230,6 @@ def _policy(arrays: Any, run: int, agent: int, layers: dict[str, Any] | None) ->
         layers["activation"],
         bool(layers["squash"]),
         bool(layers["conditioned"]),
+        tuple(map(str, layers.get("drawn", ()))),
+        tuple(map(str, layers.get("shared", ()))),
     )

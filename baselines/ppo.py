@@ -39,6 +39,7 @@ def make_learner(
         copies,
         learners=learners,
         weights=args.lam,
+        randomize=args.randomize,
         bootstrap=False,
         seed=args.seed,
     )
@@ -62,7 +63,7 @@ def make_learner(
 
 def policy_of(args: Args, learner: Learner) -> Policy:
     """Return the learner's policy as arrays."""
-    return export_policy(learner.model, conditioned=args.lam is not None)
+    return export_policy(learner.model, conditioned=args.lam is not None, randomize=args.randomize)
 
 
 def player_of(args: Args, learner: Learner, agent: int) -> LearnedPlayer:

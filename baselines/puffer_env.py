@@ -18,6 +18,8 @@ rewards off at 1 in size: choose ``reward_scale`` so that a crash costs at most 
 
 Steps in which copies end report the means over these copies and their agents: ``episode_length``,
 ``episode_return`` (not scaled), ``cost`` (minus the selfish return), ``arrived`` and ``crashed``.
+Agents that are missing from an episode (``randomize``) have ``masks`` unset, and count as agents
+that neither pay nor arrive.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from gymnasium.spaces import Box
 
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
@@ -46,7 +49,7 @@ class GamePufferEnv(pufferlib.PufferEnv):
 
     Parameters
     ----------
-    game, observation, **options
+    game, observation, randomize, **options
         As in :class:`~ppg_env.PathPlanningEnv`.
     copies
         Number of copies.
@@ -67,15 +70,18 @@ class GamePufferEnv(pufferlib.PufferEnv):
         copies: int = 1,
         *,
         observation: str = "relative",
+        randomize: Randomize | None = None,
         reward_scale: float = 1.0,
         buf: Any = None,
         seed: int | None = None,
         **options: Any,
     ) -> None:
         require(reward_scale > 0, "reward_scale", f"is {reward_scale!r}", "give a positive number")
-        single = PathPlanningEnv(game, render_mode=None, infos="numbers", **options)
+        single = PathPlanningEnv(
+            game, render_mode=None, infos="numbers", randomize=randomize, **options
+        )
         self.game, self._scale = single.game, reward_scale
-        self.simulator = Simulator(single.game, single.rules, copies=copies, seed=seed)
+        self.simulator = Simulator(single.game, single.rules, copies, seed, randomize)
         self._observer = make_observer(self.simulator, observation)
         low, high = self.simulator.low, self.simulator.high
         self._middle, self._half = (high + low) / 2, (high - low) / 2
@@ -87,6 +93,15 @@ class GamePufferEnv(pufferlib.PufferEnv):
         self.single_action_space = Box(-1.0, 1.0, (self.simulator.action_size,), np.float32)
         self.num_agents = copies * self._shape[1]
         super().__init__(buf)
+
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episodes on."""
+        return self.simulator.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        self.simulator.randomize = rule
 
     def reset(self, seed: int | None = None) -> tuple[np.ndarray, list[dict[str, float]]]:
         """Restart all copies; a ``seed`` fixes their noise from now on."""

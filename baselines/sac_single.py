@@ -35,6 +35,7 @@ def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int 
         COPIES,
         learners=[learner],
         weights=args.lam,
+        randomize=args.randomize,
         bootstrap=False,
         seed=args.seed,
     )
@@ -63,5 +64,5 @@ def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int 
         progress=progress,
     )
     team: list[Policy | None] = [None] * count
-    team[learner] = export_policy(model, conditioned=args.lam is not None)
+    team[learner] = export_policy(model, conditioned=args.lam is not None, randomize=args.randomize)
     return tuple(team)

@@ -28,8 +28,10 @@ entry                     shape      meaning
 
 A copy is reset in the step in which its last agent ends (``step_and_maybe_reset``, on which
 collectors rely): ``"next"`` holds the last observation, the following step starts with the first
-one.  Agents that end earlier keep their last flags, and their actions are ignored.  Until it is
-reset, a copy whose episode is over stays as it is.  All tensors are the caller's to keep.
+one.  Agents that end earlier keep their last flags, and their actions are ignored; those that are
+missing from an episode (``randomize``) have no mask, and are terminated from its first step on.
+Until it is reset, a copy whose episode is over stays as it is.  All tensors are the caller's to
+keep.
 """
 
 from __future__ import annotations
@@ -44,8 +46,9 @@ import numpy as np
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.simulator import Simulator
-from ppg_env.env.status import TRAFFIC
+from ppg_env.env.status import ARRIVED, MISSING, TRAFFIC
 from ppg_env.game.game import Game
 
 try:
@@ -70,7 +73,7 @@ class GameTorchRLEnv(EnvBase):
 
     Parameters
     ----------
-    game, observation, **options
+    game, observation, randomize, **options
         As in :class:`~ppg_env.PathPlanningEnv`.
     copies
         Number of copies.
@@ -97,14 +100,17 @@ class GameTorchRLEnv(EnvBase):
         copies: int = 1,
         *,
         observation: str = "relative",
+        randomize: Randomize | None = None,
         group_map: MarlGroupMapType | Mapping[str, Sequence[str]] | None = None,
         return_state: bool = False,
         seed: int | None = None,
         device: Any = "cpu",
         **options: Any,
     ) -> None:
-        single = PathPlanningEnv(game, render_mode=None, infos="numbers", **options)
-        simulator = Simulator(single.game, single.rules, copies=copies, seed=seed)
+        single = PathPlanningEnv(
+            game, render_mode=None, infos="numbers", randomize=randomize, **options
+        )
+        simulator = Simulator(single.game, single.rules, copies, seed, randomize)
         super().__init__(device=device, batch_size=[copies])
         self.game, self.simulator = single.game, simulator
         self.agent_names = single.possible_agents
@@ -152,6 +158,15 @@ class GameTorchRLEnv(EnvBase):
         self.observation_spec, self.action_spec = observation.to(device), action.to(device)
         self.reward_spec, self.done_spec = reward.to(device), done.to(device)
 
+    @property
+    def randomize(self) -> Randomize | None:
+        """What every episode draws; a change of distributions holds from the next episodes on."""
+        return self.simulator.randomize
+
+    @randomize.setter
+    def randomize(self, rule: Randomize | None) -> None:
+        self.simulator.randomize = rule
+
     def _set_seed(self, seed: int | None) -> None:
         self.simulator.seed(seed)
 
@@ -162,7 +177,7 @@ class GameTorchRLEnv(EnvBase):
         if wanted is not None:
             chosen = wanted.reshape(self.batch_size).cpu().numpy()
         self.simulator.reset(chosen)
-        self._arrived[chosen] = self.simulator.status[chosen] != TRAFFIC
+        self._arrived[chosen] = self.simulator.status[chosen] == ARRIVED
         for happened in (self._crashed, self._terminated, self._truncated):
             happened[chosen] = False
         return self._result(self._observed(chosen))
@@ -182,7 +197,7 @@ class GameTorchRLEnv(EnvBase):
                 changes[~moving] = 0
         self._arrived |= out.arrived
         self._crashed |= out.crashed
-        self._terminated |= out.terminated
+        self._terminated |= out.terminated | (simulator.status == MISSING)
         self._truncated |= out.truncated
         values = self._observed(~moving)
         values["reward"] = out.reward.astype(np.float32)[..., None]
@@ -211,7 +226,7 @@ class GameTorchRLEnv(EnvBase):
         events = (self._arrived, self._crashed, simulator.status == TRAFFIC)
         return {
             "observation": self._observer.read(last.observation),
-            "mask": ~ended,
+            "mask": ~ended & (simulator.status != MISSING),
             "info": {key: value[..., None] for key, value in zip(EVENTS, events, strict=True)}
             | dict(zip(COSTS, costs, strict=True)),
             "done": ended[..., None],
@@ -236,7 +251,8 @@ class GameTorchRLEnv(EnvBase):
             state = global_state(
                 simulator.bodies, simulator.status, share, tables.centre, tables.scale
             )
-            entries["state"] = torch.from_numpy(state)
+            drawn = simulator.drawn_state(np.arange(shape[0]))
+            entries["state"] = torch.from_numpy(np.concatenate([state, drawn], axis=1))
         return TensorDict(entries, batch_size=shape, device=self.device)
 
 

@@ -15,14 +15,17 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from baselines.evaluate_runs import evaluate_runs
+from baselines.figures import figures
 from baselines.policy import Team
 from baselines.policy_file import Learned
+from ppg_env.env.arrays import make_tables
+from ppg_env.env.randomize import Randomize
+from ppg_env.env.rule_checks import check_rule
+from ppg_env.env.rule_tables import randomize_to_table
 from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
-from ppg_env.scenarios.make import override_game
 from ppg_env.support.processes import alone_on, exit_with_parent
 from solvers.feedback.grid.extent import dynamic_programming_applies
 
@@ -50,10 +53,6 @@ METHODS = {
 WARM_STARTS = ("straight", "feedback")
 """What a network imitates first: straight ways, or players made by dynamic programming."""
 
-FIGURE_LAMS = (0.2, 0.5, 0.8)
-FIGURE_EPISODES = 50_000
-"""Figures in a trained player's file: costs and crashes at these lam, from so many episodes."""
-
 PACKAGES = ("path-planning-games", "stable-baselines3", "torch", "numpy", "gymnasium")
 
 
@@ -65,6 +64,7 @@ def train_players(
     lam: tuple[float, float] | None = (0.05, 0.95),
     tolerance: float | None = None,
     warm_start: str = "straight",
+    randomize: Randomize | None = None,
     seeds: Sequence[int] = (0,),
     steps: int | None = None,
     jobs: int = 1,
@@ -82,6 +82,8 @@ def train_players(
         A name of :data:`METHODS`.
     warm_start
         What the networks imitate first, a name of :data:`WARM_STARTS`.
+    randomize
+        What every episode draws; if that includes lam, ``lam`` has no effect.
     jobs
         Processes; results do not depend on them.
     folder
@@ -91,6 +93,9 @@ def train_players(
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
     check_warm_start(warm_start, method, game, tolerance)
+    if randomize is not None:
+        check_randomize(randomize, game, Rules(tolerance=tolerance), warm_start)
+        lam = None if randomize.lam is not None else lam
     require_extra()
     from baselines.training_loop import Args
 
@@ -102,6 +107,7 @@ def train_players(
         steps=steps,
         tolerance=tolerance,
         imitate_feedback=warm_start == "feedback",
+        randomize=randomize,
         tensorboard=tensorboard,
     )
     each = [
@@ -115,7 +121,7 @@ def train_players(
     with lock, _progress_of(jobs, progress) as (run, on_progress):
         runs = tuple(run(partial(_train, method, on_progress), each))
     learned = Learned(runs, _about(method, args, seeds))
-    learned.about["figures"] = figures(game, learned, rules=args.rules)
+    learned.about["figures"] = figures(game, learned, rules=args.rules, randomize=randomize)
     return learned
 
 
@@ -146,6 +152,19 @@ def check_warm_start(
         )
 
 
+def check_randomize(
+    rule: Randomize, game: Game, rules: Rules, warm_start: str = "straight"
+) -> None:
+    """Refuse a rule that does not fit ``game``, or that feedback players cannot follow."""
+    require(
+        warm_start == "straight",
+        "randomize",
+        "draws games for which there are no feedback players to imitate",
+        "use the warm start straight",
+    )
+    check_rule(rule, game, make_tables(game, rules.of(game)))
+
+
 def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
     """Return what a file says of its training."""
     warm_start = WARM_STARTS[args.imitate_feedback]
@@ -159,33 +178,14 @@ def _about(method: str, args: Args, seeds: Sequence[int]) -> dict[str, Any]:
         "warm_start": warm_start,
         "seeds": list(seeds),
         "steps": args.steps,
+        **_drawn(args.randomize),
         "versions": {name: _version(name) for name in PACKAGES},
         "game": game_to_tables(args.game),
     }
 
 
-def figures(
-    game: Game, learned: Learned, episodes: int = FIGURE_EPISODES, *, rules: Rules | None = None
-) -> list[dict[str, Any]]:
-    """Return cost, crashes and arrivals at each lam of :data:`FIGURE_LAMS` in the trained range."""
-    low, high = learned.about["lam"] or (1.0, 0.0)
-    lams: list[float | None] = [lam for lam in FIGURE_LAMS if low <= lam <= high]
-    rows = []
-    for lam in lams or [None]:
-        played = game if lam is None else override_game(game, lam=lam)
-        runs = [learned.players(played, r) for r in range(len(learned.runs))]
-        statistics = evaluate_runs(played, runs, episodes * len(runs), seed=0, rules=rules)
-        rows.append(
-            {
-                "lam": [agent.lam for agent in played.agents],
-                "episodes": episodes,
-                **{name: vars(interval) for name, interval in statistics.over_runs().items()},
-                "expected_cost_runs": statistics.costs.tolist(),
-                "crash_probability_runs": statistics.crashes.tolist(),
-                "success_runs": statistics.successes.tolist(),
-            }
-        )
-    return rows
+def _drawn(rule: Randomize | None) -> dict[str, Any]:
+    return {} if rule is None else {"randomize": randomize_to_table(rule)}
 
 
 def _make_folder(path: Path) -> None:

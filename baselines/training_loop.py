@@ -21,6 +21,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from baselines.checkpoint import restore_checkpoint, save_checkpoint
 from baselines.vec_env import GameVecEnv
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
 from ppg_env.formats.game_file import game_to_tables
@@ -47,6 +48,7 @@ class Args:
     tensorboard : folder for TensorBoard's logs.
     tolerance : of arrival regions, see :class:`ppg_env.env.Rules`.
     imitate_feedback : whether the network first imitates feedback players, not straight ways.
+    randomize : what every episode draws and agents observe; lam only if ``lam`` is None.
     """
 
     game: Game
@@ -59,6 +61,7 @@ class Args:
     tensorboard: Path | None = None
     tolerance: float | None = None
     imitate_feedback: bool = False
+    randomize: Randomize | None = None
 
     def __post_init__(self) -> None:
         many = 10**12
@@ -167,7 +170,11 @@ def in_pieces(learner: int, rollouts: int, size: int) -> list[Turn]:
 
 def fingerprint(args: Args, turns: Sequence[Turn]) -> str:
     """Return a hash of what a training depends on: its arguments and turns, not its files."""
-    later = ("tolerance", "imitate_feedback")  # without them, checkpoints of earlier releases fit
+    later = (
+        "tolerance",
+        "imitate_feedback",
+        "randomize",
+    )  # without them, checkpoints of earlier releases fit
     arguments = {
         field.name: getattr(args, field.name)
         for field in fields(args)

@@ -1,6 +1,8 @@
-"""MAPPO of BenchMARL: python examples/benchmarl_mappo.py.
+"""MAPPO of BenchMARL on the batched environment: python examples/benchmarl_mappo.py.
 
-BenchMARL takes the PettingZoo parallel environment through TorchRL's wrapper, as a task of its own.
+The task makes a ``GameTorchRLEnv``, which steps all copies at once, as tasks of VMAS do.  A
+transform shapes and scales rewards as ``shaped_env.py`` has it.  BenchMARL has no mask: rows of
+agents that wait for the end of their copy, with rewards of zero, are part of what it learns from.
 """
 
 from __future__ import annotations
@@ -8,58 +10,89 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import torch
 from benchmarl.algorithms import MappoConfig
-from benchmarl.environments import Task
-from benchmarl.environments.pettingzoo.common import PettingZooClass
+from benchmarl.environments import Task, TaskClass
 from benchmarl.experiment import Experiment, ExperimentConfig
 from benchmarl.models import MlpConfig
 from figures import report
-from shaped_env import ShapedEnv
+from shaped_env import SCALE, Potential
 from tensordict import TensorDict
-from torchrl.envs import PettingZooWrapper
+from torchrl.envs import Transform
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
+from baselines import GameTorchRLEnv
 from ppg_env import make_game
 
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
+STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
 """Steps of the environment; each moves all agents."""
 
 
-class PathPlanningClass(PettingZooClass):
+class Shaping(Transform):
+    """Adds the change of the potential to rewards, and scales them."""
+
+    def __init__(self, potential: Potential) -> None:
+        super().__init__()
+        self.potential = potential
+
+    def _step(self, tensordict: Any, next_tensordict: Any) -> Any:
+        before, after = (
+            torch.as_tensor(self.potential.of_all(d["agents", "observation"].numpy()))
+            for d in (tensordict, next_tensordict)
+        )
+        change = (after - before) * tensordict["agents", "mask"]
+        reward = next_tensordict["agents", "reward"] + change.unsqueeze(-1)
+        return next_tensordict.set(("agents", "reward"), reward.float() / SCALE)
+
+
+class PathPlanningClass(TaskClass):
     """A game as a task; ``config`` holds the game."""
 
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: Any
-    ) -> Callable[[], PettingZooWrapper]:
-        """Return what makes one environment."""
-        return lambda: PettingZooWrapper(
-            ShapedEnv(self.config["game"]), return_state=True, device=device, seed=seed
-        )
+    ) -> Any:
+        """Return what makes copies of the environment."""
+        return lambda: GameTorchRLEnv(self.config["game"], num_envs, seed=seed, device=device)
+
+    def get_env_transforms(self, env: Any) -> list[Transform]:
+        """Return the shaping of rewards."""
+        return [Shaping(Potential(self.config["game"]))]
 
     def supports_continuous_actions(self) -> bool:
         """Return True."""
         return True
 
-    def supports_discrete_actions(self) -> bool:
+    def has_render(self, env: Any = None) -> bool:
         """Return False."""
         return False
 
-    def has_state(self) -> bool:
-        """Return True: ``state()`` is for the critic."""
-        return True
-
-    def has_render(self, env: Any) -> bool:
-        """Return False."""
-        return False
+    supports_discrete_actions = has_render
 
     def max_steps(self, env: Any) -> int:
         """Return the length of an episode."""
         return 2 * self.config["game"].horizon
+
+    def group_map(self, env: Any) -> dict[str, list[str]]:
+        """Return the names of agents by group."""
+        return env.group_map
+
+    def observation_spec(self, env: Any) -> Any:
+        """Return the observations of one copy."""
+        spec = env.full_observation_spec_unbatched.clone()
+        del spec["agents", "mask"], spec["agents", "info"]
+        return spec
+
+    def action_spec(self, env: Any) -> Any:
+        """Return the actions of one copy."""
+        return env.full_action_spec_unbatched
+
+    def state_spec(self, env: Any) -> None:
+        """Return None: the critic sees all observations."""
+
+    info_spec = action_mask_spec = state_spec  # none
 
     @staticmethod
     def env_name() -> str:
@@ -83,10 +116,9 @@ if __name__ == "__main__":
     game = make_game("head_on", speed="l1", lam=0.8)
     config = ExperimentConfig.get_from_yaml()
     config.lr, config.gamma, config.max_n_frames = 1e-3, 0.99, STEPS
-    config.on_policy_collected_frames_per_batch = 2048
-    config.on_policy_n_envs_per_worker = 8
+    config.on_policy_collected_frames_per_batch, config.on_policy_n_envs_per_worker = 2048, 64
     config.on_policy_n_minibatch_iters, config.on_policy_minibatch_size = 10, 512
-    config.evaluation, config.loggers, config.create_json = False, [], False
+    config.evaluation, config.create_json, config.loggers = False, False, []
     config.save_folder = tempfile.mkdtemp()
     task = PathPlanningTask.HEAD_ON.get_task({"game": game})
     mlp = MlpConfig(num_cells=[64, 64], layer_class=torch.nn.Linear, activation_class=torch.nn.Tanh)
@@ -95,15 +127,14 @@ if __name__ == "__main__":
     )
     start = time.time()
     experiment.run()
-    seconds = time.time() - start
+    seconds, count = time.time() - start, len(game.agents)
+    steps, high = experiment.total_frames * count, experiment.test_env.simulator.high
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
-        """Return the mean action; the policy acts for the whole group, ``agent`` is one of it."""
-        count = len(game.agents)
+        """Return the most likely action; the policy acts for all agents, ``agent`` is one."""
         seen = torch.as_tensor(observations)[:, None].expand(-1, count, -1)
-        batch = TensorDict({"agent": {"observation": seen}}, [len(observations)])
+        batch = TensorDict({"agents": {"observation": seen}}, [len(observations)])
         with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
-            return experiment.policy(batch)["agent", "action"][:, agent].numpy()
+            return experiment.policy(batch)["agents", "action"][:, agent].numpy() / high[agent]
 
-    steps = experiment.total_frames * len(game.agents)
     report("benchmarl-mappo", game, act, steps=steps, seconds=seconds)

@@ -60,16 +60,23 @@ def examples(start: str = "") -> list[str]:
 
 def run(name: str, steps: str) -> str:
     """Install what an example needs, if that has changed, and return what it prints."""
-    folder, pins, log = HOME / name, EXAMPLES / f"{name}.txt", HOME / f"{name}.log"
-    python, stamp = folder / "bin" / "python", folder / "installed.txt"
+    log = HOME / f"{name}.log"
     log.write_text("")
+    python = install(name, log)
+    return call("failed", [python, EXAMPLES / f"{name}.py", *steps.split()], log)
+
+
+def install(name: str, log: Path) -> Path:
+    """Make the environment of an example, unless its pins are installed; return its Python."""
+    folder, pins = HOME / name, EXAMPLES / f"{name}.txt"
+    python, stamp = folder / "bin" / "python", folder / "installed.txt"
     if not stamp.exists() or stamp.read_text() != pins.read_text():
         shutil.rmtree(folder, ignore_errors=True)
         venv.create(folder, with_pip=True)
         pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         call("not installed", [*pip, "-r", pins, "-e", ROOT], log)
         shutil.copy(pins, stamp)
-    return call("failed", [python, EXAMPLES / f"{name}.py", *steps.split()], log)
+    return python
 
 
 def call(problem: str, command: Sequence[Any], log: Path) -> str:

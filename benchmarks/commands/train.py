@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,6 +25,7 @@ from benchmarks.terminal import bar, interval, print_json, print_table
 
 if TYPE_CHECKING:
     from baselines import Learned
+    from ppg_env.env.randomize import Randomize
     from ppg_env.game.game import Game
 
 
@@ -62,6 +63,13 @@ class Training:
             "'ppg feedback' (optimum if social, equilibrium if selfish).",
         ),
     ] = "straight"
+    randomize: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TOML",
+            help="File with a table [randomize]: what every episode draws, and agents observe.",
+        ),
+    ] = None
     seeds: Annotated[int, typer.Option(min=1, help="Runs, with seeds from --seed on.")] = 1
     jobs: JobsOption = 1
     out: Annotated[
@@ -84,12 +92,20 @@ def train(
 ) -> None:
     """Train players with stable-baselines3; continues from its checkpoint after a kill."""
     from baselines.policy_file import write_learned
-    from baselines.train import check_warm_start, player_name
+    from baselines.train import check_randomize, check_warm_start, player_name
     from benchmarks.output_paths import target
+    from ppg_env.env.rules import Rules
+    from ppg_env.errors import placed
     from ppg_env.game.between_steps import overlap_times
 
     lam = _check(training)
     instance = named_game(game, overrides)
+    rule = _rule(training)
+    if rule is not None:
+        with placed(f"--randomize {training.randomize}", ": "):
+            check_randomize(
+                rule, instance, Rules(tolerance=training.tolerance), training.warm_start
+            )
     check_warm_start(
         training.warm_start, training.method, instance, training.tolerance, "--warm-start"
     )
@@ -97,7 +113,8 @@ def train(
     path = target(f"{game}-{player}", training.out, ".npz")
     folder = Path(f"{path}.checkpoints")
     keep(f"checkpoints in {folder} are kept, and the same command continues from them")
-    learned = _train(instance, game, training, seed, None if "lam" in overrides else lam, folder)
+    lam_range = None if "lam" in overrides else lam
+    learned = _train(instance, game, training, seed, lam_range, rule, folder)
     learned.about["command"] = _command(game, overrides, training, seed)
     write_learned(path, learned)
     for file in folder.glob("seed-*.pt"):
@@ -129,12 +146,28 @@ def _check(training: Training) -> tuple[float, float]:
     return lam[0], lam[1]
 
 
+def _rule(training: Training) -> Randomize | None:
+    """Return the rule of random draws; refuse a range of lam where the rule draws it."""
+    from ppg_env.env.rule_tables import read_randomize
+    from ppg_env.errors import require
+
+    rule = None if training.randomize is None else read_randomize(training.randomize)
+    require(
+        rule is None or rule.lam is None or training.lam_range == Training.lam_range,
+        "--lam-range",
+        f"and {training.randomize} both draw lam",
+        "give only one of them",
+    )
+    return rule
+
+
 def _train(
     instance: Game,
     game: str,
     training: Training,
     seed: int,
     lam: tuple[float, float] | None,
+    rule: Randomize | None,
     folder: Path,
 ) -> Learned:
     from baselines.train import METHODS, train_players
@@ -150,6 +183,7 @@ def _train(
             lam=lam,
             tolerance=training.tolerance,
             warm_start=training.warm_start,
+            randomize=rule,
             seeds=range(seed, seed + training.seeds),
             steps=training.steps,
             jobs=training.jobs,
@@ -161,7 +195,8 @@ def _train(
 
 def _command(game: str, overrides: dict[str, Any], training: Training, seed: int) -> str:
     """Return the command that repeats the training; options with default values are left out."""
-    names = ("method", "sharing", "lam_range", "steps", "tolerance", "warm_start", "seeds")
+    elsewhere = ("jobs", "out", "tensorboard")
+    names = [field.name for field in fields(Training) if field.name not in elsewhere]
     options = overrides | {name: getattr(training, name) for name in names}
     options |= {"seed": seed, "out": training.out}
     defaults = inspect.signature(train).parameters
@@ -178,7 +213,7 @@ def _print(learned: Learned, game: str, seeds: int, crashes: str) -> None:
 
     rows = []
     for row in learned.about["figures"]:
-        lams = " ".join(f"{lam:g}" for lam in sorted(set(row["lam"])))
+        lams = " ".join(f"{lam:g}" for lam in sorted(set(row["lam"]))) or "drawn"
         keys = ("expected_cost", "crash_probability", "success")
         rows.append((lams, *(interval(Interval(**row[key]), ".4g", ".4g") for key in keys)))
     print_table(

@@ -16,6 +16,7 @@ from .randomize import Near as Near
 from .randomize import Randomize as Randomize
 from .randomize import Uniform as Uniform
 from .registration import register_environments as register_environments
+from .rule_tables import read_randomize as read_randomize
 from .rules import Rules as Rules
 from .rules import make_rules as make_rules
 from .simulator import Simulator as Simulator

@@ -21,14 +21,44 @@ all agents, in the order of the game, at its end.
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
-from ppg_env.env.copy_values import CopyValues
+from ppg_env.env.draws import own_number
+from ppg_env.env.observation import observation_frame
 from ppg_env.env.randomize import Randomize
 from ppg_env.errors import require
 from ppg_env.game.game import Game
 
 OBSERVED = ("lam", "noise", "size", "goal")
+
+
+class Values(Protocol):
+    """Values of copies, such as :class:`~ppg_env.env.copy_values.CopyValues`."""
+
+    def observed(self, field: str, rows: np.ndarray) -> np.ndarray:
+        """Return the values (M, N, k) of an observed field in the copies ``rows``."""
+
+
+class OwnValues:
+    """The values of ``game`` itself, of a single copy."""
+
+    def __init__(self, game: Game) -> None:
+        self.game = game
+
+    def observed(self, field: str, rows: np.ndarray) -> np.ndarray:
+        """Return the values (1, N, k) of an observed field."""
+        game, (centre, scale) = self.game, observation_frame(self.game)
+        if field == "goal":
+            return np.array([[(a.goal[: game.dim] - centre) / scale for a in game.agents]])
+        values = np.array([[own_number(field, game, i) for i in range(len(game.agents))]])
+        return np.sqrt(values) / scale if field == "noise" else values
+
+
+def observed_fields(rule: Randomize | None) -> tuple[str, ...]:
+    """Return the fields that a rule draws and observations hold, in their order."""
+    return tuple(f for f in OBSERVED if rule is not None and getattr(rule, f) is not None)
 
 
 class DrawnEntries:
@@ -46,8 +76,8 @@ class DrawnEntries:
     def __init__(self, rule: Randomize | None, game: Game) -> None:
         N, fits = len(game.agents), rule is None or isinstance(rule, Randomize)
         require(fits, "randomize", f"is {rule!r:.40}", "give a Randomize")
-        drawn = [] if rule is None else [f for f in OBSERVED if getattr(rule, f) is not None]
         shared = () if rule is None else rule.shared
+        drawn = observed_fields(rule)
         self.fields = [(f, game.dim if f == "goal" else 1, f in shared) for f in drawn]
         flags = [np.arange(k if alone else N * k) < k for _, k, alone in self.fields]
         self.own = np.concatenate([np.zeros(0, dtype=bool), *flags])
@@ -65,7 +95,7 @@ class DrawnEntries:
             "draw the same fields, or make a new environment",
         )
 
-    def read(self, values: CopyValues, rows: np.ndarray) -> np.ndarray:
+    def read(self, values: Values, rows: np.ndarray) -> np.ndarray:
         """Return the entries (M, N, size) of the copies ``rows``."""
         M, N = len(rows), len(self._order)
         parts = [np.zeros((M, N, 0))]
@@ -74,7 +104,7 @@ class DrawnEntries:
             parts.append(own if alone else own[:, self._order].reshape(M, N, -1))
         return np.concatenate(parts, axis=2)
 
-    def state(self, values: CopyValues, rows: np.ndarray) -> np.ndarray:
+    def state(self, values: Values, rows: np.ndarray) -> np.ndarray:
         """Return the entries (M, state_size) of the global state."""
         parts = [values.observed(f, rows).reshape(len(rows), -1) for f, _, _ in self.fields]
         return np.concatenate([np.zeros((len(rows), 0)), *parts], axis=1)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ppg_env.env.actions import player_action
 from ppg_env.env.players import Player
+from ppg_env.env.randomize import Randomize
 from ppg_env.env.rules import Rules
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
@@ -92,9 +93,12 @@ def evaluate(
     *,
     group: int = 0,
     rules: Rules | None = None,
+    randomize: Randomize | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Episodes:
     """Play ``episodes`` of ``game`` under ``rules`` with ``players``, one per agent.
+
+    Episodes draw what ``randomize`` says; agents that are missing cost nothing.
 
     Groups of episodes with the same seed have independent noise.  ``progress`` is called with the
     number of episodes finished since the last call.
@@ -110,7 +114,7 @@ def evaluate(
     parts = []
     for block in range(-(-episodes // COPIES)):
         copies = min(COPIES, episodes - block * COPIES)
-        simulator, random = _block(game, rules, copies, seed, group, block)
+        simulator, random = _block(game, rules, copies, seed, group, block, randomize)
         parts.append(_play(simulator, players, random))
         if progress is not None:
             progress(copies)
@@ -149,11 +153,17 @@ def trajectories(
 
 
 def _block(
-    game: Game, rules: Rules | None, copies: int, seed: int, group: int, number: int
+    game: Game,
+    rules: Rules | None,
+    copies: int,
+    seed: int,
+    group: int,
+    number: int,
+    randomize: Randomize | None = None,
 ) -> tuple[Simulator, np.random.Generator]:
     """Return copies of the game, reset, and the generator of their noise."""
     starts, noise = np.random.SeedSequence(seed, spawn_key=(group, number)).spawn(2)
-    simulator = Simulator(game, rules, copies, starts)
+    simulator = Simulator(game, rules, copies, starts, randomize)
     simulator.reset()
     return simulator, np.random.Generator(np.random.SFC64(noise))
 

@@ -3,6 +3,7 @@
 Machine code is kept next to the source or, where that is not writable, in the user's cache folder,
 as Numba does it.  Where neither is writable (a container without a home), it is kept in a
 private temporary folder, which child processes share.  ``NUMBA_CACHE_DIR`` overrides all of them.
+Where no folder is writable (a read-only container), each process compiles for itself.
 
 Processes that start at the same time compile once: the first one holds a lock on the folder, the
 others wait and then load what it has compiled.
@@ -28,7 +29,13 @@ PATIENCE = 300.0
 SILENCE = 1.0
 """Seconds of compilation after which a sentence on stderr says what is happening."""
 
-COMPILING = "compiling the simulator, once per installation, about a minute"
+COMPILING = (
+    "compiling the simulator, once per installation, about a minute; 'ppg warm' does it ahead"
+)
+IN_MEMORY = (
+    "compiling the simulator, about a minute in every process, because no folder is writable; "
+    "set NUMBA_CACHE_DIR to one that is"
+)
 WAITING = "waiting for another process that compiles the simulator, about a minute"
 
 config: Any = numba.config  # its settings are made from the environment
@@ -44,13 +51,21 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     try:
         dispatcher = numba.njit(**options)(function)
     except RuntimeError:  # no folder for the cache is writable
-        if not options.get("cache") or _temporary_folder() == config.CACHE_DIR:
+        if not options.get("cache"):
             raise
-        keep_code_in(_temporary_folder())
-        dispatcher = numba.njit(**options)(function)
+        dispatcher = _elsewhere(function, options)
     if options.get("cache"):
         dispatcher.compile = _once(dispatcher, dispatcher.compile)
     return dispatcher
+
+
+def _elsewhere(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Keep machine code in a temporary folder, or in memory only."""
+    try:
+        keep_code_in(_temporary_folder())
+        return numba.njit(**options)(function)
+    except (OSError, RuntimeError):
+        return numba.njit(**(options | {"cache": False}))(function)
 
 
 def keep_code_in(folder: str) -> None:
@@ -83,7 +98,8 @@ def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], A
         watch.daemon = True
         try:
             watch.start()
-            with locked(os.path.join(dispatcher.stats.cache_path, "ppg_env.lock")):
+            folder = dispatcher.stats.cache_path or os.devnull  # no lock where nothing is kept
+            with locked(os.path.join(folder, "ppg_env.lock")):
                 return compiling(signature)
         finally:
             watch.cancel()
@@ -94,7 +110,9 @@ def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], A
 
 def _announce(dispatcher: Any) -> None:
     """Say that ``dispatcher`` is being compiled, unless its machine code is only loaded."""
-    if dispatcher.stats.cache_misses:
+    if not dispatcher.stats.cache_path:
+        _say(IN_MEMORY)
+    elif dispatcher.stats.cache_misses:
         _say(COMPILING)
 
 
@@ -104,7 +122,7 @@ def _say(sentence: str) -> None:
         return
     _announced.set()
     with suppress(AttributeError, OSError, ValueError):  # stderr may be closed, or missing
-        sys.stderr.write(f"ppg_env: {sentence}; 'ppg warm' does it ahead.\n")
+        sys.stderr.write(f"ppg_env: {sentence}.\n")
         sys.stderr.flush()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,11 +39,11 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(train, "figures", partial(train.figures, episodes=500))
 
 
-def small_policy(game: Game, seed: int = 0, **options: bool) -> Policy:
-    """A random network of the right size."""
+def small_policy(game: Game, seed: int = 0, extra: int = 0, **options: Any) -> Policy:
+    """A random network of the right size, with ``extra`` inputs about what is drawn."""
     random = np.random.default_rng(seed)
     sizes = [
-        observation_size(game) + options.get("conditioned", False),
+        observation_size(game) + extra + options.get("conditioned", False),
         8,
         game.agents[0].control_dim,
     ]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ppg_env import InputError, parallel_env
-from ppg_env.env import GoToGoal
+from ppg_env.env import Choice, GoToGoal, Randomize, Uniform
 from tests.baselines.small_games import sizes
 
 pufferlib = pytest.importorskip("pufferlib", reason="needs the extra puffer")
@@ -146,3 +146,21 @@ def test_wrong_uses_are_refused() -> None:
         GamePufferEnv("head_on", reward_scale=0)
     with pytest.raises(InputError, match="is not an option"):
         GamePufferEnv("head_on", speeed="l1")
+
+
+def test_episodes_draw_and_observe_what_the_rule_says() -> None:
+    rule = Randomize(lam=Uniform(0.1, 0.9), agents=Choice([2, 3]))
+    env = GamePufferEnv("intersection3", 8, randomize=rule, seed=0, **ROUGH)
+    observed, _ = env.reset(seed=0)
+    ended = 0
+    for _ in range(40):
+        lam = observed.reshape(8, 3, -1)[..., -3]  # its own
+        present = lam > 0
+        assert ((lam[present] >= 0.1) & (lam[present] <= 0.9)).all()
+        assert present[:, :2].all()
+        assert not env.masks.reshape(8, 3)[~present].any()
+        observed, rewards, _, _, infos = env.step(to_goals(env))
+        assert (rewards.reshape(8, 3)[~present] == 0).all()
+        ended += bool(infos)
+    assert ended > 3
+    assert len(np.unique(lam)) > 8

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from ppg_env import InputError, make_game, parallel_env
-from ppg_env.env import GoToGoal
+from ppg_env.env import Choice, GoToGoal, Randomize, Uniform
 from tests.baselines.small_games import line, sizes, space
 
 torch = pytest.importorskip("torch")
@@ -254,3 +255,22 @@ def test_wrong_uses_are_refused() -> None:
     }.items():
         with pytest.raises(InputError, match=problem):
             GameTorchRLEnv("head_on", **options)
+
+
+def test_episodes_draw_and_observe_what_the_rule_says() -> None:
+    rule = Randomize(lam=Uniform(0.1, 0.9), agents=Choice([2, 3]))
+    env = GameTorchRLEnv("intersection3", 8, randomize=rule, return_state=True, seed=0, **ROUGH)
+    check_env_specs(env, break_when_any_done="both", seed=0)
+    data = env.rollout(40, to_goals(env), break_when_any_done=False)
+    lam = data["agents", "observation"][..., env.simulator.observation_size - 3]  # its own
+    present = lam > 0
+    assert 0.1 <= lam[present].min() < 0.3
+    assert 0.7 < lam[present].max() <= 0.9
+    assert present[..., :2].all()
+    assert 0 < present[..., 2].float().mean() < 1
+    assert not data["agents", "mask"][~present].any()
+    assert (data["next", "agents", "reward"].squeeze(-1)[~present] == 0).all()
+    assert data["next", "done"].sum() > 8, "copies with missing agents end as well"
+    env.randomize = replace(rule, lam=Uniform(0.9, 0.9))
+    lam = env.reset()["agents", "observation"][:, 0, env.simulator.observation_size - 3]
+    assert lam.tolist() == pytest.approx([0.9] * 8)

@@ -82,6 +82,31 @@ def test_the_folder_of_somebody_else_is_not_used(unwritable: Path, monkeypatch: 
     assert f"ppg_env-{user}/" not in dispatcher.stats.cache_path
 
 
+@pytest.mark.parametrize("made", [False, True], ids=["no folder", "read-only folder"])
+def test_code_is_kept_in_memory_where_no_folder_is_writable(
+    unwritable: Path, monkeypatch: pytest.MonkeyPatch, made: bool
+) -> None:
+    def nowhere() -> str:
+        raise FileNotFoundError("No usable temporary directory found")
+
+    if made:
+        monkeypatch.setattr(caching._CacheLocator, "ensure_cache_path", _refuse)
+    else:
+        monkeypatch.setattr(compilation.tempfile, "gettempdir", nowhere)
+    dispatcher = compilation.njit(cache=True)(_twice)
+    assert dispatcher(2.0) == 4.0
+    assert not dispatcher.stats.cache_path
+    compilation._announced.clear()
+    said: list[str] = []
+    monkeypatch.setattr(compilation, "_say", said.append)
+    compilation._announce(dispatcher)
+    assert said == [compilation.IN_MEMORY]
+
+
+def _refuse(_locator: Any) -> None:
+    raise OSError("Read-only file system")
+
+
 def _twice(x: float) -> float:
     return 2 * x
 
