@@ -147,7 +147,7 @@ def report(
     from benchmarks.output_paths import own_folder, target
     from ppg_env.support.atomic_write import write_atomically
 
-    path = target("library", ".html", out)
+    path = target("library", out, ".html")
     own_folder(path)
     games = selected(names, selection)
     lines = project_lines() + [line for file in runs or () for line in read_lines(Path(file))]
