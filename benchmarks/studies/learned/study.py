@@ -2,130 +2,124 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from benchmarks.studies.learned.data import KINDS, PLAYERS, RIVALS, SAME, cells, run_cell
-from benchmarks.studies.learned.figure import draw_speed
-from benchmarks.studies.results import StudyRow, by_speed, probability
-from benchmarks.studies.study import PAPER, SPEEDS, Study, StudyChoice, Table
+from benchmarks.studies.learned.data import (
+    KINDS,
+    PLAYERS,
+    SELFISH,
+    Games,
+    by_game,
+    cells,
+    digest,
+    ratio,
+    regret,
+)
+from benchmarks.studies.learned.figure import draw_all
+from benchmarks.studies.learned.findings import findings
+from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, crash_event
+from benchmarks.studies.study import PAPER, Study, StudyChoice, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-QUESTION = "Do learned selfish agents pay the same price in safety as equilibrium planners?"
-CHOICE = StudyChoice(PAPER, SPEEDS, (0.1, 0.3, 0.5, 0.7, 0.8, 0.9), episodes=250_000)
+
+QUESTION = (
+    "Which of the paper's findings on selfish and social plans hold among players that observe all "
+    "agents, computed and learned?"
+)
+CHOICE = StudyChoice(("head_on", "intersection"), ("l1", "box"), (0.2, 0.5, 0.8), episodes=20_000)
+
+GAME = ("scenario", "speed", "lam")
 
 
 def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
-    """Yield a table for each speed set."""
-    for speed, chosen in by_speed(rows).items():
-        yield Table(f"speed set {speed}", COLUMNS, _lines(chosen), NOTE)
+    """Yield the tables of costs, crash probabilities, prices and regrets."""
+    games, event = by_game(rows), crash_event(rows)
+    heads = tuple(name.replace("-", "-\n") for name in PLAYERS)
+    yield Table(
+        "Expected cost",
+        (*GAME, *heads),
+        _lines(games, PLAYERS, _cost),
+        f"Lam per step and (1 - lam) 100 for a crash, any {event}; mean over agents.",
+        texts=2,
+    )
+    yield Table(
+        "Probability that any agent crashes",
+        (*GAME, *heads),
+        _lines(games, PLAYERS, chance),
+        f"A crash is any {event}.",
+        texts=2,
+    )
+    yield Table(
+        "Price of selfishness",
+        (*GAME, *(f"{what}\n{kind}" for what in ("cost", "risk") for kind in KINDS)),
+        _prices(games),
+        f"Selfish over social. Cost: expected cost. Risk: probability of any {event}, in brackets "
+        f"where the limits contain one; shares below {NEGLIGIBLE:g} count as {NEGLIGIBLE:g}.",
+        texts=2,
+    )
+    measured = {key: own for key, own in games.items() if any(regret(row) for row in own.values())}
+    yield Table(
+        "Regret",
+        (*GAME, *(name.replace("-", "-\n") for name in SELFISH)),
+        _lines(measured, SELFISH, _regret),
+        "The largest gain of an agent by the best response that dynamic programming finds, "
+        "relative to the mean cost; of run 0 for learners.",
+        texts=2,
+    )
 
 
-def _lines(rows: Sequence[StudyRow]) -> list[tuple[str, ...]]:
-    lines = []
-    for row in rows:
-        head = (row["scenario"], f"{row['lam']:g}")
-        if "players" not in row:
-            lines.append((*head, row["reason"], *[""] * (len(COLUMNS) - 3)))
-            continue
-        played = [row["players"][name] for name in PLAYERS]
-        lines.append(
-            (
-                *head,
-                *(f"{player['cost']['value']:.2f}" for player in played),
-                *(probability(player["crash"]["value"], row["episodes"]) for player in played),
-                *(
-                    f"{row['price'][kind][what]['value']:{form}}"
-                    for what, form in (("cost", ".3f"), ("risk", ".3g"))
-                    for kind in KINDS
-                ),
-            )
+def _lines(
+    games: Games, names: Sequence[str], shown: Callable[[StudyRow], str]
+) -> list[tuple[str, ...]]:
+    return [
+        (scenario, speed, f"{lam:g}", *(shown(own[name]) if name in own else "-" for name in names))
+        for (speed, scenario, lam), own in games.items()
+    ]
+
+
+def _cost(row: StudyRow) -> str:
+    half = (row["expected_cost_high"] - row["expected_cost_low"]) / 2
+    return f"{row['expected_cost']:.3f} ± {half:.3f}"
+
+
+def _regret(row: StudyRow) -> str:
+    share = regret(row)
+    return "-" if share is None else f"{share.value:.2%} ± {(share.high - share.low) / 2:.2%}"
+
+
+def _prices(games: Games) -> list[tuple[str, ...]]:
+    return [
+        (
+            scenario,
+            speed,
+            f"{lam:g}",
+            *(
+                _price(own, pair, what) if set(pair) <= set(own) else "-"
+                for what in ("costs", "crashes")
+                for pair in KINDS.values()
+            ),
         )
-    return lines
+        for (speed, scenario, lam), own in games.items()
+    ]
 
 
-NOTE = (
-    "Cost: lam per step and (1 - lam) 100 for a crash, mean over agents. Crash: Pr(any overlap at "
-    "the time steps). self*, soc.*: ppo-selfish, ppo-social. Ratio: selfish over social, planned "
-    "and learned*."
-)
-
-SHORT = ("nash", "soc.", "self*", "soc.*")
-"""Names of the players in the head of the table."""
-
-COLUMNS = (
-    "scenario",
-    "lam",
-    *(f"{what}\n{name}" for what in ("cost", "crash") for name in SHORT),
-    *(f"{what}\nratio\n{kind}" for what in ("cost", "risk") for kind in ("pl.", "le.*")),
-)
+def _price(own: Mapping[str, StudyRow], pair: tuple[str, str], what: str) -> str:
+    price = ratio(own[pair[0]], own[pair[1]], what)
+    if what == "costs":
+        return f"{price.value:.3f}"
+    return f"{price.value:.3g}" if price.low > 1 or price.high < 1 else f"({price.value:.3g})"
 
 
 def words(rows: Sequence[StudyRow]) -> Iterator[str]:
     """Yield sentences on the rows."""
-    rows = [row for row in rows if "players" in row]
-    for kind, (selfish, social) in KINDS.items():
-        ratios = {what: [row["price"][kind][what] for row in rows] for what in ("cost", "risk")}
-        values = {what: np.array([r["value"] for r in some]) for what, some in ratios.items()}
-        same = [abs(r["value"] - 1) <= SAME for r in ratios["cost"]]
-        worse = [r["low"] > 1 for r in ratios["risk"]]
-        safer = [r["high"] < 1 for r in ratios["risk"]]
-        both = sum(a and b for a, b in zip(same, worse, strict=True))
-        yield (
-            f"{kind.capitalize()} ({selfish} compared with {social}): costs differ by at most "
-            f"{SAME:.0%} in {sum(same)} of {len(rows)} cells (ratio {values['cost'].min():.3f} to "
-            f"{values['cost'].max():.3f}); crashes are significantly more likely in {sum(worse)} "
-            f"cells, less likely in {sum(safer)}, no significant difference in "
-            f"{len(rows) - sum(worse) - sum(safer)} (median ratio "
-            f"{np.median(values['risk']):.2g}, largest {values['risk'].max():.3g}). About the same "
-            f"cost and less safe, as the paper claims: {both} cells."
-        )
-        yield f"{kind.capitalize()}, by scenario and speed set: {_places(rows, kind)}."
-        yield (
-            f"{kind.capitalize()}, unlike the paper: costs differ by more than {SAME:.0%} in "
-            f"{_named(rows, [not equal for equal in same])}; selfish players are safer in "
-            f"{_named(rows, safer)}."
-        )
-    for name, rival in RIVALS.items():
-        paired = [row["paired"][name] for row in rows]
-        cheaper = sum(p["high"] < 0 for p in paired)
-        costlier = [p["low"] > 0 for p in paired]
-        yield (
-            f"{name} compared with tracked {rival}, same noise: cheaper in {cheaper} of "
-            f"{len(rows)} cells, no significant difference in "
-            f"{len(rows) - cheaper - sum(costlier)}, costlier in {_named(rows, costlier)}."
-        )
-
-
-def _named(rows: Sequence[StudyRow], marked: Sequence[bool]) -> str:
-    """Return the number of marked cells, with their names."""
-    names = [
-        f"{row['scenario']} {row['speed']} {row['lam']:g}"
-        for row, mark in zip(rows, marked, strict=True)
-        if mark
-    ]
-    plural = "s" if len(names) > 1 else ""
-    return f"{len(names)} cell{plural} ({', '.join(names)})" if names else "no cell"
-
-
-def _places(rows: Sequence[StudyRow], kind: str) -> str:
-    """Return the places where selfish players crash more, with counts of lam."""
-    counts: dict[str, tuple[int, int]] = {}
-    for row in rows:
-        key = f"{row['scenario']} {row['speed']}"
-        hits, total = counts.get(key, (0, 0))
-        counts[key] = (hits + (row["price"][kind]["risk"]["low"] > 1), total + 1)
-    return "crashes significantly more likely at " + ", ".join(
-        f"{key} {hits}/{total}" for key, (hits, total) in counts.items()
-    )
+    yield from findings(rows)
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:
-    """Draw a figure for each speed set."""
-    return {speed: draw_speed(chosen, speed) for speed, chosen in by_speed(rows).items()}
+    """Draw the figures of cost, crash probability and regret."""
+    return draw_all(by_game(rows), crash_event(rows))
 
 
-STUDY = Study("learned", QUESTION, CHOICE, cells, tables, words, draw, run=run_cell)
+STUDY = Study("learned", QUESTION, CHOICE, cells, tables, words, draw, digest=digest, more=PAPER)
