@@ -8,30 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.learned.data import KINDS, ORACLE, PLAYERS, SELFISH, Games, Key, regret
+from benchmarks.studies.learned.data import ORACLE, PLAYERS
+from benchmarks.studies.learned.marks import STYLES, finish, mark
+from benchmarks.studies.learned.measures import Games, regret
+from benchmarks.studies.learned.regret_figure import draw_regrets
 from benchmarks.studies.results import StudyRow
-from ppg_env.plotting import COLOURS
 from ppg_env.support.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOUR = dict(zip(KINDS, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=True))
-STYLES: dict[str, dict[str, Any]] = {
-    name: {"color": COLOUR[kind], "linestyle": line, "marker": marker, "markerfacecolor": face}
-    for kind, pair in KINDS.items()
-    for name, line, marker, face in zip(
-        pair, ("--", "-"), ("^", "s"), ("white", COLOUR[kind]), strict=True
-    )
-}
-"""Colours by kind; selfish players are dashed and hollow."""
-
 SHIFT = 0.007
 """Shift of neighbouring marks along lam, so that they do not hide each other."""
 
-WIDTH = 0.36
-"""Width of the marks of one game, relative to the distance between two games."""
+FLOOR = 1e-6
+"""Crash probabilities below this are drawn as this."""
 
 Estimate = Callable[[Mapping[str, StudyRow], str], Interval]
 """The value of a player, from the rows of a game."""
@@ -47,7 +39,7 @@ def draw_all(games: Games, event: str) -> Mapping[str, Figure]:
     base = ORACLE if all(ORACLE in own for own in games.values()) else "the cheapest player"
     titles = {
         "cost": f"Expected cost (a crash is any {event}) over that of {base}",
-        "risk": f"Probability of any {event}",
+        "risk": f"Probability of any {event}, at least {FLOOR:.0e}",
         "regret": "Gain of an agent by its best response, relative to the mean cost\n"
         f"(costs count time and any {event})",
     }
@@ -58,13 +50,14 @@ def draw_all(games: Games, event: str) -> Mapping[str, Figure]:
     for axes in figures["risk"].axes:
         axes.set_yscale("log")
     if any(regret(row) for own in games.values() for row in own.values()):
-        figures["regret"] = _regrets(games, titles["regret"])
+        figures["regret"] = draw_regrets(games, titles["regret"])
     return figures
 
 
 def _over_lam(games: Games, estimate: Estimate, title: str) -> Figure:
     """Draw a row of panels per scenario and a column per speed set."""
-    scenarios, speeds = (list(dict.fromkeys(key[k] for key in games)) for k in (1, 0))
+    scenarios = list(dict.fromkeys(scenario for _, scenario, _ in games))
+    speeds = list(dict.fromkeys(speed for speed, _, _ in games))
     figure = new_figure(1.2 + 3.5 * len(speeds), 1.4 + 2.2 * len(scenarios))
     grid: Any = figure.subplots(
         len(scenarios), len(speeds), sharex=True, sharey="row", squeeze=False
@@ -78,7 +71,7 @@ def _over_lam(games: Games, estimate: Estimate, title: str) -> Figure:
             axes.grid(axis="y", alpha=0.3)
     for axes in grid[-1]:
         axes.set_xlabel("λ (weight of time)", fontsize=8)
-    _finish(figure, handles, title + ", with 95 % limits")
+    finish(figure, handles, title + ", with 95 % limits")
     return figure
 
 
@@ -95,23 +88,7 @@ def _panel(
         points = {lam: estimate(own, name) for lam, own in here.items() if name in own}
         if points:
             lams = np.array(list(points)) + (k - (len(PLAYERS) - 1) / 2) * SHIFT
-            _mark(axes, lams, list(points.values()), STYLES[name], name, handles)
-
-
-def _mark(
-    axes: Axes,
-    places: np.ndarray,
-    values: list[Interval],
-    style: dict[str, Any],
-    name: str,
-    handles: dict[str, Any],
-) -> None:
-    """Draw values with their limits."""
-    low, high = ([getattr(value, limit) for value in values] for limit in ("low", "high"))
-    axes.vlines(places, low, high, color=style["color"], linewidth=1.0)
-    (handles[name],) = axes.plot(
-        places, [value.value for value in values], markersize=4.5, linewidth=1.1, **style
-    )
+            mark(axes, lams, list(points.values()), STYLES[name], name, handles)
 
 
 def _cost(own: Mapping[str, StudyRow], name: str) -> Interval:
@@ -123,46 +100,6 @@ def _cost(own: Mapping[str, StudyRow], name: str) -> Interval:
 
 
 def _risk(own: Mapping[str, StudyRow], name: str) -> Interval:
-    """Return the crash probability; zero is raised to a tenth of its upper limit."""
+    """Return the crash probability, raised to :data:`FLOOR`."""
     names = ("crash_probability", "crash_probability_low", "crash_probability_high")
-    value, low, high = (own[name][column] for column in names)
-    return Interval(max(value, high / 10), max(low, high / 100), high)
-
-
-def _regrets(games: Games, title: str) -> Figure:
-    """Draw the regrets of the selfish players, one group of marks for each game."""
-    measured: list[Key] = [
-        key for key, own in games.items() if any(regret(row) for row in own.values())
-    ]
-    figure = new_figure(2.0 + 0.75 * len(measured), 3.9)
-    axes = figure.subplots()
-    handles: dict[str, Any] = {}
-    for k, name in enumerate(SELFISH):
-        shares = {
-            place: share
-            for place, key in enumerate(measured)
-            if name in games[key] and (share := regret(games[key][name])) is not None
-        }
-        places = np.array(list(shares)) + WIDTH * (k / (len(SELFISH) - 1) - 0.5)
-        style = STYLES[name] | {"linestyle": ""}
-        percent = [Interval(100 * s.value, 100 * s.low, 100 * s.high) for s in shares.values()]
-        _mark(axes, places, percent, style, name, handles)
-    axes.axhline(1.0, color="0.5", linewidth=0.8, linestyle=":", zorder=0)
-    axes.set_yscale("symlog", linthresh=0.1)
-    axes.set_ylim(bottom=0)
-    names = [f"{scenario}\n{speed}\nλ = {lam:g}" for speed, scenario, lam in measured]
-    axes.set_xticks(range(len(measured)), names, fontsize=7)
-    axes.set_ylabel("regret (% of the cost)", fontsize=8)
-    axes.tick_params(axis="y", labelsize=7)
-    axes.grid(axis="y", alpha=0.3)
-    _finish(figure, handles, title)
-    return figure
-
-
-def _finish(figure: Figure, handles: dict[str, Any], title: str) -> None:
-    """Add the legend and the title."""
-    names = [name for name in PLAYERS if name in handles]
-    figure.legend(
-        [handles[name] for name in names], names, loc="outside lower center", ncols=3, fontsize=8
-    )
-    figure.suptitle(title, fontsize=10)
+    return Interval(*(max(own[name][column], FLOOR) for column in names))
