@@ -42,7 +42,7 @@ ORACLE = "feedback-social"
 GROUPS = 5
 """Groups of episodes, as many as pretrained players have runs."""
 
-REGRET_LAMS = (0.5, 0.8)
+REGRET_LAMS = (0.5,)
 """Values of lam at which regrets are measured: each takes two best responses, minutes."""
 
 TIME_LIMIT = 1800.0
