@@ -1,89 +1,133 @@
-r"""Selfish and social players with plans, with eyes, and with training, in one environment.
+r"""Price in safety of learned selfish agents, compared with equilibrium planners.
 
-Every game is a scenario, a speed set and a lam, with the objective ``risk``.  In the environment
-(arrival within a region, inputs projected) a selfish and a social player of each kind play it:
-
-    planned    ``nash``, ``social``                    plans, tracked: each sees its own state
-    feedback   ``feedback-nash``, ``feedback-social``  dynamic programming; see all agents
-    learned    ``ppo-selfish``, ``ppo-social``         five training runs each; see all agents
+Every cell is a scenario, a speed set and a lam.  Four players play it with the same noise in the
+environment (arrival within a region, inputs projected): the tracked plans of ``nash`` and
+``social``, planned for the risk objective, and the pretrained ``ppo-selfish`` and ``ppo-social``.
 
     price in cost   expected cost of the selfish player over that of the social one
     price in risk   the same ratio of the probability that any agent crashes
-    regret          gain of an agent by the best response that dynamic programming finds
 
-Episodes come in as many groups as learners have training runs; run r plays group r, and all players
-meet the same noise.  Intervals of prices and of differences are Student's over the groups: for
-learners they cover training and noise, for the others noise only.  Crash shares of a group below
-1e-4 count as 1e-4.  Games of three agents have no feedback players and no regrets.
+There are as many groups of episodes as training runs; run r plays group r.  Intervals are Student's
+over the groups: for learners they cover training and noise, for planners noise only.  Half a crash
+is added before the logarithm of a crash count is taken.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
-from benchmarks import sweeps
+import numpy as np
+
+from baselines.evaluate_runs import RunStatistics, evaluate_runs, over_runs
+from baselines.pretrained import find_pretrained
 from benchmarks.studies.results import StudyRow
 from benchmarks.studies.study import StudyChoice
-from benchmarks.sweeps import Cell
+from ppg_env.env.players import Player, track
+from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
-from solvers.feedback.grid.extent import dynamic_programming_applies
+from ppg_env.support.statistics import Interval
 
-KINDS = {
-    "planned": ("nash", "social"),
-    "feedback": ("feedback-nash", "feedback-social"),
-    "learned": ("ppo-selfish", "ppo-social"),
-}
+PLAYERS = ("nash", "social", "ppo-selfish", "ppo-social")
+KINDS = {"planned": ("nash", "social"), "learned": ("ppo-selfish", "ppo-social")}
 """Selfish and social player of each kind."""
 
-PLAYERS = tuple(name for pair in KINDS.values() for name in pair)
-SELFISH = tuple(selfish for selfish, _ in KINDS.values())
-ORACLE = "feedback-social"
+RIVALS = {"ppo-selfish": "nash", "ppo-social": "social"}
+"""The planner that each learner is compared with, with the same noise."""
 
-GROUPS = 5
-"""Groups of episodes, as many as pretrained players have runs."""
+TIME_LIMIT = 120.0
+"""Seconds for each plan; the status in the row shows whether it is proved."""
 
-REGRET_LAMS = (0.5,)
-"""Values of lam at which regrets are measured: each takes two best responses, minutes."""
-
-TIME_LIMIT = 1800.0
-"""Seconds for each plan, feedback policy or best response, on a busy machine."""
-
-KEPT = (
-    "speed", "scenario", "lam", "player", "status", "episodes", "expected_cost",
-    "expected_cost_low", "expected_cost_high", "crash_probability", "crash_probability_low",
-    "crash_probability_high", "group_costs", "group_crashes", "play_regret",
-)  # fmt: skip
-"""Columns of a sweep's row that the study uses."""
-
-SPREAD = ("expected_cost", "crash_probability")
-"""Columns whose limits are those over training runs, for learners."""
+SAME = 0.05
+"""Costs that differ by at most this share count as about the same, as in the paper."""
 
 
-def cells(choice: StudyChoice) -> list[Cell]:
-    """Return the cells, by speed set first; feedback players only where they can be computed."""
-    seeing = {name: dynamic_programming_applies(make_game(name)) for name in choice.scenarios}
+@dataclass(frozen=True)
+class LearnedCell:
+    """One game of the study."""
+
+    scenario: str
+    speed: str
+    lam: float
+
+    def game(self) -> Game:
+        """Return the game, with the objective of the planners."""
+        return make_game(self.scenario, speed=self.speed, lam=self.lam, objective="risk")
+
+
+def cells(choice: StudyChoice) -> list[LearnedCell]:
+    """Return all cells, by speed set first."""
     return [
-        Cell(
-            scenario,
-            name,
-            {"speed": speed, "objective": "risk", "lam": lam},
-            "env",
-            choice.episodes,
-            GROUPS,
-            "grid" if seeing[scenario] and name in SELFISH and lam in REGRET_LAMS else None,
-            time_limit=TIME_LIMIT,
-            seed=choice.seed,
-        )
+        LearnedCell(scenario, speed, lam)
         for speed, scenario, lam in product(choice.speeds, choice.scenarios, choice.lams)
-        for name in PLAYERS
-        if seeing[scenario] or name not in KINDS["feedback"]
     ]
 
 
-def digest(row: sweeps.Row) -> StudyRow:
-    """Return the columns that the study uses, with limits that cover training, too."""
-    kept: StudyRow = {name: getattr(row, name) for name in KEPT}
-    for name in SPREAD if row.over_runs else ():
-        runs, low, high = (row.over_runs or {})[name], f"{name}_low", f"{name}_high"
-        kept |= {low: min(runs["low"], kept[low]), high: max(runs["high"], kept[high])}
-    return kept
+def run_cell(cell: LearnedCell, episodes: int, seed: int) -> StudyRow:
+    """Play one cell, and return its row.
+
+    A row without ``players`` has the ``reason`` why a planner has no solution.
+    """
+    game = cell.game()
+    row: StudyRow = vars(cell) | {"episodes": episodes, "seed": seed}
+    learned = {name: find_pretrained(name, game) for name in KINDS["learned"]}
+    groups = len(learned["ppo-selfish"].runs)
+    sides: dict[str, list[Sequence[Player]]] = {
+        name: [policy.players(game, run) for run in range(groups)]
+        for name, policy in learned.items()
+    }
+    for name in KINDS["planned"]:
+        solution = _plan(name, game)
+        if solution.profile is None:
+            return row | {"reason": f"{name}: {solution.advice}"}
+        row[f"{name}_status"] = str(solution.status)
+        sides[name] = [track(game, solution.profile)]
+    played = {
+        name: evaluate_runs(game, sides[name], episodes, seed, groups=groups) for name in PLAYERS
+    }
+    return row | {
+        "players": {name: _statistics(played[name]) for name in PLAYERS},
+        "paired": {
+            name: vars(over_runs(played[name].costs - played[rival].costs))
+            for name, rival in RIVALS.items()
+        },
+        "price": {kind: _price(played[a], played[b]) for kind, (a, b) in KINDS.items()},
+    }
+
+
+def _plan(name: str, game: Game) -> Any:
+    from solvers import best_response_dynamics, social_optimum
+
+    planner = best_response_dynamics if name == "nash" else social_optimum
+    return planner(game, time_limit=TIME_LIMIT)
+
+
+def _statistics(runs: RunStatistics) -> dict[str, Any]:
+    return {
+        "cost": vars(over_runs(runs.costs, 0.0)),
+        "crash": vars(_crash(runs)),
+        "success": vars(over_runs(runs.successes, 0.0, 1.0)),
+    }
+
+
+def _crash(runs: RunStatistics) -> Interval:
+    """Return the interval over the groups; without crashes, the 97.5 % limit of all episodes."""
+    interval, counted = over_runs(runs.crashes, 0.0, 1.0), runs.summary.crash_any
+    return interval if counted.hits else Interval(0.0, 0.0, counted.high)
+
+
+def _price(selfish: RunStatistics, social: RunStatistics) -> dict[str, Any]:
+    count = len(selfish.groups[0].cost) + 0.5
+    logs = [np.log(runs.crashes + 0.5 / count) for runs in (selfish, social)]
+    return {
+        "cost": vars(_ratio(np.log(selfish.costs), np.log(social.costs))),
+        "risk": vars(_ratio(*logs)),
+    }
+
+
+def _ratio(above: np.ndarray, below: np.ndarray) -> Interval:
+    """Return the exponential of the mean difference of logarithms, with its interval."""
+    logs = over_runs(above - below)
+    return Interval(*np.exp([logs.value, logs.low, logs.high]).tolist())

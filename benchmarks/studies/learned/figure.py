@@ -1,105 +1,85 @@
-"""The figures of the study ``learned``: cost and crash probability over lam, and regret."""
+"""The figure of the study ``learned``: cost and crash probability over lam."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks.figures import new_figure
-from benchmarks.studies.learned.data import ORACLE, PLAYERS
-from benchmarks.studies.learned.marks import STYLES, finish, mark
-from benchmarks.studies.learned.measures import Games, regret
-from benchmarks.studies.learned.regret_figure import draw_regrets
+from benchmarks.studies.learned.data import PLAYERS
 from benchmarks.studies.results import StudyRow
-from ppg_env.support.statistics import Interval
+from ppg_env.plotting import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHIFT = 0.007
-"""Shift of neighbouring marks along lam, so that they do not hide each other."""
-
-FLOOR = 1e-6
-"""Crash probabilities below this are drawn as this."""
-
-Estimate = Callable[[Mapping[str, StudyRow], str], Interval]
-"""The value of a player, from the rows of a game."""
-
-
-def draw_all(games: Games, event: str) -> Mapping[str, Figure]:
-    """Draw the figures of costs, of crash probabilities, and of regrets where there are any.
-
-    ``event`` says what a crash is.
-    """
-    if not games:
-        return {}
-    base = ORACLE if all(ORACLE in own for own in games.values()) else "the cheapest player"
-    titles = {
-        "cost": f"Expected cost (a crash is any {event}) over that of {base}",
-        "risk": f"Probability of any {event}, at least {FLOOR:.0e}",
-        "regret": "Gain of an agent by its best response, relative to the mean cost\n"
-        f"(costs count time and any {event})",
-    }
-    figures = {
-        "cost": _over_lam(games, _cost, titles["cost"]),
-        "risk": _over_lam(games, _risk, titles["risk"]),
-    }
-    for axes in figures["risk"].axes:
-        axes.set_yscale("log")
-    if any(regret(row) for own in games.values() for row in own.values()):
-        figures["regret"] = draw_regrets(games, titles["regret"])
-    return figures
+STYLES = {
+    "nash": (COLOURS[1], "-", "o"),
+    "social": (COLOURS[0], "-", "s"),
+    "ppo-selfish": (COLOURS[4], "--", "^"),
+    "ppo-social": (COLOURS[5], "--", "v"),
+}
+NAMES = {
+    "nash": "nash (planned, tracked)",
+    "social": "social (planned, tracked)",
+    "ppo-selfish": "ppo-selfish (learned)",
+    "ppo-social": "ppo-social (learned)",
+}
 
 
-def _over_lam(games: Games, estimate: Estimate, title: str) -> Figure:
-    """Draw a row of panels per scenario and a column per speed set."""
-    scenarios = list(dict.fromkeys(scenario for _, scenario, _ in games))
-    speeds = list(dict.fromkeys(speed for speed, _, _ in games))
-    figure = new_figure(1.2 + 3.5 * len(speeds), 1.4 + 2.2 * len(scenarios))
-    grid: Any = figure.subplots(
-        len(scenarios), len(speeds), sharex=True, sharey="row", squeeze=False
-    )
-    handles: dict[str, Any] = {}
+def draw_speed(rows: Sequence[StudyRow], speed: str) -> Figure:
+    """Draw a row of panels per scenario: expected cost and crash probability over lam."""
+    shown = [row for row in rows if "players" in row]
+    scenarios = list(dict.fromkeys(row["scenario"] for row in shown))
+    figure = new_figure(8.2, 1.2 + 2.1 * len(scenarios))
+    grid: Any = figure.subplots(len(scenarios), 2, sharex=True, squeeze=False)
     for line, scenario in zip(grid, scenarios, strict=True):
-        for axes, speed in zip(line, speeds, strict=True):
-            _panel(axes, games, (speed, scenario), estimate, handles)
-            axes.set_title(f"{scenario}, speed {speed}", fontsize=9, loc="left")
-            axes.tick_params(labelsize=7)
-            axes.grid(axis="y", alpha=0.3)
+        chosen = [row for row in shown if row["scenario"] == scenario]
+        floor = min(0.5 / row["episodes"] for row in chosen)
+        base = np.array([row["players"]["social"]["cost"]["value"] for row in chosen])
+        for name in PLAYERS:
+            _curve(line[0], chosen, name, "cost", base, 0.0)
+            _curve(line[1], chosen, name, "crash", np.ones(len(chosen)), floor)
+        line[0].axhline(1.0, color="0.6", linewidth=0.7, zorder=0)
+        line[0].set_ylabel("cost / planned social")
+        line[0].set_title(scenario, fontsize=9, loc="left")
+        line[1].set_yscale("log")
+        line[1].set_ylabel("Pr(any overlap\nat the time steps)")
+        line[1].grid(axis="y", alpha=0.3)
     for axes in grid[-1]:
-        axes.set_xlabel("λ (weight of time)", fontsize=8)
-    finish(figure, handles, title + ", with 95 % limits")
+        axes.set_xlabel("λ (weight of time)")
+    handles, _ = grid[0][0].get_legend_handles_labels()
+    figure.legend(
+        handles,
+        [NAMES[name] for name in PLAYERS],
+        loc="outside lower center",
+        ncols=2,
+        fontsize=8,
+    )
+    figure.suptitle(f"Selfish and social, planned and learned: speed set {speed}", fontsize=10)
     return figure
 
 
-def _panel(
+def _curve(
     axes: Axes,
-    games: Games,
-    place: tuple[str, str],
-    estimate: Estimate,
-    handles: dict[str, Any],
+    rows: Sequence[StudyRow],
+    name: str,
+    what: str,
+    base: np.ndarray,
+    floor: float,
 ) -> None:
-    """Draw the values of all players over lam in one scenario with one speed set."""
-    here = {key[2]: own for key, own in games.items() if key[:2] == place}
-    for k, name in enumerate(PLAYERS):
-        points = {lam: estimate(own, name) for lam, own in here.items() if name in own}
-        if points:
-            lams = np.array(list(points)) + (k - (len(PLAYERS) - 1) / 2) * SHIFT
-            mark(axes, lams, list(points.values()), STYLES[name], name, handles)
-
-
-def _cost(own: Mapping[str, StudyRow], name: str) -> Interval:
-    """Return the cost relative to the feedback optimum, or else to the cheapest player."""
-    costs = {player: row["expected_cost"] for player, row in own.items()}
-    base = costs.get(ORACLE, min(costs.values()))
-    names = ("expected_cost", "expected_cost_low", "expected_cost_high")
-    return Interval(*(own[name][column] / base for column in names))
-
-
-def _risk(own: Mapping[str, StudyRow], name: str) -> Interval:
-    """Return the crash probability, raised to :data:`FLOOR`."""
-    names = ("crash_probability", "crash_probability_low", "crash_probability_high")
-    return Interval(*(max(own[name][column], FLOOR) for column in names))
+    """Draw a player's value over lam with its 95 % interval, with values raised to ``floor``."""
+    colour, line, marker = STYLES[name]
+    estimates = [row["players"][name][what] for row in rows]
+    lam = [row["lam"] for row in rows]
+    value, low, high = (
+        np.maximum([item[key] for item in estimates], floor) / base
+        for key in ("value", "low", "high")
+    )
+    axes.fill_between(lam, low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.plot(
+        lam, value, line, marker=marker, markersize=4, color=colour, linewidth=1.2, label=name
+    )

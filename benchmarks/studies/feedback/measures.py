@@ -1,4 +1,4 @@
-"""Prices, differences and regrets, from the rows of the study ``learned``."""
+"""Prices, differences and regrets, from the rows of the study ``feedback``."""
 
 from __future__ import annotations
 

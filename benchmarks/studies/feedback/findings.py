@@ -1,4 +1,4 @@
-"""What the rows of the study ``learned`` say, in sentences."""
+"""What the rows of the study ``feedback`` say, in sentences."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.studies.learned.comparisons import cheapest, compared, distance, named, regrets
-from benchmarks.studies.learned.data import KINDS, ORACLE
-from benchmarks.studies.learned.measures import Games, by_game, played, ratio
+from benchmarks.studies.feedback.comparisons import cheapest, compared, distance, named, regrets
+from benchmarks.studies.feedback.data import KINDS, ORACLE
+from benchmarks.studies.feedback.measures import Games, by_game, played, ratio
 from benchmarks.studies.prices import SAME, missing
 from benchmarks.studies.results import StudyRow
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baselines import evaluate_runs, find_pretrained
-from benchmarks.studies.learned import data, findings, measures, study
+from benchmarks.studies.feedback import data, findings, measures, study
 from ppg_env import make_game
 from tests.benchmarks.studies.conftest import SMALL, crashing
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.studies.learned.data import ORACLE, SELFISH
-from benchmarks.studies.learned.measures import Games, Key, difference, played, ratio, regret
+from benchmarks.studies.feedback.data import ORACLE, SELFISH
+from benchmarks.studies.feedback.measures import Games, Key, difference, played, ratio, regret
 
 CLOSE = 0.015
 """A player within this share of a cost counts as having reached it."""

@@ -1,11 +1,11 @@
-"""Tables of the study ``learned``."""
+"""Tables of the study ``feedback``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from benchmarks.studies.learned.data import KINDS, PLAYERS, SELFISH
-from benchmarks.studies.learned.measures import Games, by_game, ratio, regret
+from benchmarks.studies.feedback.data import KINDS, PLAYERS, SELFISH
+from benchmarks.studies.feedback.measures import Games, by_game, ratio, regret
 from benchmarks.studies.results import NEGLIGIBLE, StudyRow, chance, crash_event
 from benchmarks.studies.study import Table
 
