@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from baselines import evaluate_runs, find_pretrained
-from benchmarks.studies.feedback import data, findings, measures, study
+from benchmarks import sweeps
+from benchmarks.studies.feedback import data, findings, measures, study, tables
 from ppg_env import make_game
-from tests.benchmarks.studies.conftest import SMALL, crashing
+from solvers.feedback.grid import joint_model
+from tests.benchmarks.studies.conftest import SMALL, STEP, crashing
 
 
 def row(player, cost, crash=0.01, lam=0.5, gains=None):
@@ -39,9 +41,10 @@ ROWS = [
 def test_cells_have_all_players_and_regrets_of_selfish_ones():
     cells = data.cells(SMALL)
     assert tuple(cell.player for cell in cells) == data.PLAYERS
-    assert {cell.player for cell in cells if cell.deviation} == set(data.SELFISH)
+    assert not any(cell.deviation for cell in cells)
     assert {(cell.arena, cell.groups) for cell in cells} == {("env", data.GROUPS)}
-    assert not any(cell.deviation for cell in data.cells(replace(SMALL, lams=(0.3,))))
+    measured = data.cells(replace(SMALL, lams=data.REGRET_LAMS))
+    assert {cell.player for cell in measured if cell.deviation} == set(data.SELFISH)
 
 
 def test_three_agents_have_no_grid():
@@ -90,13 +93,13 @@ def test_sentences_say_what_the_rows_say():
 
 
 def test_tables_mark_ratios_that_noise_explains():
-    costs, crashes, prices, regrets = study.tables(ROWS)
+    costs, crashes, prices, regrets = tables.tables(ROWS)
     assert costs.lines[0][3] == "10.000 ± 0.100"
     assert crashes.lines[0][3] == "1.0e-1"
     assert prices.lines[0][3:] == ("1.111", "1.025", "1.045", "10", "4", "0.5")
     assert regrets.lines[0][3] == "20.00% ± 0.05%"
     noisy = row("ppo-social", 8.04) | {"group_crashes": [0.0, 0.02, 0.0, 0.01, 0.01]}
-    assert list(study.tables([*ROWS[:-1], noisy]))[2].lines[0][-1].startswith("(")
+    assert list(tables.tables([*ROWS[:-1], noisy]))[2].lines[0][-1].startswith("(")
 
 
 @pytest.mark.slow
@@ -109,6 +112,11 @@ def test_limits_of_learners_cover_their_runs(whole):
     runs = [learned.players(game, run) for run in range(data.GROUPS)]
     again = evaluate_runs(game, runs, SMALL.episodes, SMALL.seed)
     assert kept["group_costs"] == pytest.approx(again.costs.tolist())
-    for name in data.SELFISH:
-        assert len(data.digest(rows[name])["play_regret"]) == 2
-    assert data.digest(rows["nash"])["play_regret"][0]["low"] > 0
+
+
+@pytest.mark.slow
+def test_agents_gain_by_leaving_plans(monkeypatch, tmp_path):
+    monkeypatch.setattr(joint_model, "default_step", lambda *_: STEP)
+    nash = data.cells(replace(SMALL, lams=data.REGRET_LAMS))[0]
+    (stored,) = sweeps.sweep([nash], tmp_path / "rows.db")
+    assert [gain["low"] > 0 for gain in data.digest(stored)["play_regret"]] == [True, True]
