@@ -39,6 +39,7 @@ SHORTER = {
     "train": "--steps 8192 --seeds 1 --jobs 1",
     "study": "--scenarios parallel --speeds l1 --lams 0.5 --episodes 1000 --jobs 1",
     "regret": "--steps 2048 --episodes 500",
+    "study feedback": "--scenarios intersection3 --speeds box --lams 0.5 --episodes 1000 --jobs 1",
     "study scaling": "--scenarios intersection --lams 0.5 --episodes 1000",
 }
 """What is added to a command of which the page says that it takes minutes, and to every bound on

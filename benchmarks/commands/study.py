@@ -55,9 +55,7 @@ class Paths:
 class Range:
     """What a study ranges over."""
 
-    scenarios: Annotated[
-        str | None, typer.Option(help="Some of the study's scenarios, by name.")
-    ] = None
+    scenarios: Annotated[str | None, typer.Option(help="Scenarios of the study, by name.")] = None
     speeds: Annotated[
         str | None, typer.Option(metavar="l1,disc,box", help="Speed sets (default: the study's).")
     ] = None
@@ -88,7 +86,7 @@ def study(
     from benchmarks.studies.registry import find_study
 
     experiment = find_study(name)
-    choice = _choice(experiment.choice, chosen, seed)
+    choice = _choice(experiment, chosen, seed)
     results = Path(target(name, paths.results, ".json"))
     store = Path(target("studies", paths.store, ".db"))
     picture = picture_target(name, paths.out, as_json=as_json)
@@ -106,13 +104,15 @@ def study(
         _draw(experiment, rows, picture)
 
 
-def _choice(whole: StudyChoice, chosen: Range, seed: int) -> StudyChoice:
-    """Narrow the whole study to what was chosen."""
+def _choice(experiment: Study, chosen: Range, seed: int) -> StudyChoice:
+    """Narrow or widen the study to what was chosen."""
     from benchmarks.studies.study import SPEEDS
 
+    whole = experiment.choice
+    known = tuple(dict.fromkeys((*whole.scenarios, *experiment.more)))
     return replace(
         whole,
-        scenarios=_names("--scenarios", chosen.scenarios, whole.scenarios) or whole.scenarios,
+        scenarios=_names("--scenarios", chosen.scenarios, known) or whole.scenarios,
         speeds=_names("--speeds", chosen.speeds, SPEEDS) or whole.speeds,
         lams=whole.lams if chosen.lams is None else tuple(number_list("lams", chosen.lams)),
         episodes=chosen.episodes or whole.episodes,

@@ -9,6 +9,7 @@ from ppg_env.errors import require
 
 STUDIES = (
     "learned", "tightness", "price", "sensitivity", "surrogate", "liability", "atlas", "scaling",
+    "feedback",
 )  # fmt: skip
 """Folders of this package; the module ``study`` of each defines a ``STUDY``."""
 

@@ -69,6 +69,7 @@ class Study:
     cells : returns the cells: those of a sweep, or frozen dataclasses of the study.
     tables, words, draw : return tables, sentences and figures from rows; figures are keyed by a
         suffix of their file name (empty for a single figure).
+    more : scenarios that can be chosen in addition to those of ``choice``.
     digest : for cells of a sweep, returns the part of a row to keep next to its ``address``.
     run : for other cells, returns the row of a cell, from (cell, episodes, seed): the fields of
         the cell, ``episodes``, ``seed`` and the results.
@@ -83,6 +84,7 @@ class Study:
     draw: Callable[[Sequence[StudyRow]], Mapping[str, Figure]]
     digest: Callable[[sweeps.Row], StudyRow] | None = None
     run: Callable[[Any, int, int], StudyRow] | None = None
+    more: tuple[str, ...] = ()
 
     def rows(
         self,

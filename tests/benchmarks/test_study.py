@@ -134,6 +134,12 @@ def test_files_of_something_else_are_refused(tmp_path):
         read_rows(path, "test")
 
 
+def test_a_study_can_take_scenarios_beyond_its_own(ppg, tmp_path):
+    words = ["study", "feedback", "--scenarios", "intersection3", "--lams", "0.99"]
+    assert "ppg train" in ppg(*words, "--results", tmp_path / "rows.json", code=2).err
+    assert "use names of" in ppg("study", "feedback", "--scenarios", "circle(4)", code=2).err
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

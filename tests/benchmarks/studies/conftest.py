@@ -10,8 +10,12 @@ import pytest
 
 from benchmarks import sweeps
 from benchmarks.studies.study import StudyChoice
+from solvers.feedback.grid import joint_model
 
 SMALL = StudyChoice(("intersection",), ("l1",), (0.8,), episodes=2000)
+
+STEP = 12.0
+"""Distance of the positions of a coarse grid."""
 
 
 @pytest.fixture(scope="session")
@@ -22,8 +26,17 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def whole(store: Path) -> Callable[[Any], list[sweeps.Row]]:
-    """The rows of a study's cells for the small choice, with games and plans."""
-    return lambda study: sweeps.sweep(study.cells(SMALL), store)
+    """The rows of a study's cells for the small choice, with games and plans.
+
+    Feedback policies come from a coarse grid, in seconds and not in minutes.
+    """
+
+    def run(study: Any) -> list[sweeps.Row]:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(joint_model, "default_step", lambda *_: STEP)
+            return sweeps.sweep(study.cells(SMALL), store)
+
+    return run
 
 
 def crashing(low: float, value: float, high: float, **others: Any) -> dict[str, Any]:
