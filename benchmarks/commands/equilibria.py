@@ -16,13 +16,20 @@ from benchmarks.options import (
     with_planner_options,
 )
 from benchmarks.terminal import bar, no_solution, outward, print_json, print_note, print_table
-from solvers.planner_options import PlannerOptions
+from solvers.planner_options import DEFAULTS, PlannerOptions
 
 if TYPE_CHECKING:
     from ppg_env.game.evaluation import Evaluation
     from ppg_env.game.game import Game
     from solvers.equilibrium.enumeration import Equilibrium
     from solvers.extremes.bounds_result import EquilibriumBounds
+
+
+MOST_RUNS = 10_000
+
+PASSING = (
+    "\n0<1 left: agents 0 and 1 keep each other on their left while they pass; agents count from 0"
+)
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,7 @@ class EquilibriumSet:
     kinds: Sequence[Equilibrium]
     evaluations: Sequence[Evaluation]
     bounds: EquilibriumBounds | None = None
+    prices: dict[str, Any] | None = None
 
     @property
     def risks(self) -> list[float]:
@@ -52,11 +60,14 @@ class EquilibriumSet:
 
 
 @with_game_options
-@with_planner_options("solver", "time_limit", "seed")
+@with_planner_options("charge", "solver", "time_limit", "seed")
 def equilibria(
     game: GameArgument,
     *,
-    runs: Annotated[int, typer.Option(min=1, help="Runs of the dynamics.")] = 20,
+    runs: Annotated[int, typer.Option(min=1, max=MOST_RUNS, help="Runs of the dynamics.")] = 20,
+    price: Annotated[
+        bool, typer.Option("--price", help="Solve for the optimum; print the price of anarchy.")
+    ] = False,
     prove: Annotated[
         bool,
         typer.Option(
@@ -65,23 +76,35 @@ def equilibria(
             "that of the proof, too.",
         ),
     ] = False,
+    out: Annotated[
+        str | None,
+        typer.Option(metavar="STEM", help="Write the plans to STEM-1.json, STEM-2.json, ..."),
+    ] = None,
     planner: PlannerOptions,
     as_json: JsonOption = False,
     overrides: dict[str, Any],
 ) -> None:
     """Collect certified equilibria from many starts and orders; name the best and the worst."""
+    from benchmarks.commands.equilibrium_price import price_report
     from benchmarks.commands.proved_equilibria import bound_equilibria
+    from ppg_env.errors import require
+    from ppg_env.support.atomic_write import check_target
     from solvers.equilibrium.enumeration import collect_equilibria
 
     instance = named_game(game, overrides)
+    if out is not None:
+        check_target(f"{out}-1.json", ".json")
+    selfish = planner.charge == DEFAULTS["charge"] or not (price or prove)
+    require(selfish, "--charge", "has no effect on prices and proofs", "leave it or them out")
     with bar(f"equilibria of {game}", runs) as advance:
         kinds = collect_equilibria(
             instance,
             runs=runs,
             seed=planner.seed,
+            charge=planner.charge,
             solver=planner.solver,
             time_limit=planner.time_limit,
-            progress=advance,
+            progress=lambda _number: advance(1),
         )
     bounds = bound_equilibria(instance, kinds, planner.time_limit) if prove else None
     kinds = kinds if bounds is None else list(bounds.sampled)
@@ -90,11 +113,26 @@ def equilibria(
     evaluations = [
         kind.solution.evaluation for kind in kinds if kind.solution.evaluation is not None
     ]
-    collection = EquilibriumSet(instance, runs, kinds, evaluations, bounds)
+    prices = price_report(instance, evaluations, planner) if price else None
+    collection = EquilibriumSet(instance, runs, kinds, evaluations, bounds, prices)
+    if out is not None:
+        _write(collection, out)
     if as_json:
         print_json(_report(collection))
     else:
         _print(collection)
+
+
+def _write(collection: EquilibriumSet, stem: str) -> None:
+    """Write a plan file per row of the table."""
+    from benchmarks.comparison.report import solution_report
+    from ppg_env.formats.plan_file import write_plan
+
+    for k, kind in enumerate(collection.kinds):
+        if kind.solution.profile is not None:
+            path, report = f"{stem}-{k + 1}.json", solution_report(kind.solution)
+            write_plan(path, collection.game, kind.solution.profile, report)
+            typer.echo(f"wrote {path}: {kind.name}", err=True)
 
 
 def _report(collection: EquilibriumSet) -> dict[str, Any]:
@@ -102,7 +140,7 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
     from benchmarks.comparison.overlaps import between_steps_report
     from benchmarks.comparison.report import evaluation_report, game_name
 
-    return {
+    report = {
         "scenario": game_name(collection.game),
         "collisions": collection.game.collisions,
         "runs": collection.runs,
@@ -121,10 +159,13 @@ def _report(collection: EquilibriumSet) -> dict[str, Any]:
         "dearest": len(collection.kinds) - 1,
         "safest": collection.safest,
         "riskiest": collection.riskiest,
-    } | ({} if collection.bounds is None else {"proved": proof_report(collection.bounds)})
+    }
+    proved = {} if collection.bounds is None else {"proved": proof_report(collection.bounds)}
+    return report | (collection.prices or {}) | proved
 
 
 def _print(collection: EquilibriumSet) -> None:
+    from benchmarks.commands.equilibrium_price import print_price
     from benchmarks.commands.proved_equilibria import print_proof
     from benchmarks.comparison.overlaps import between_steps_note
     from benchmarks.comparison.report import game_name
@@ -152,9 +193,12 @@ def _print(collection: EquilibriumSet) -> None:
         f"{game_name(game)}: kinds of equilibrium reached in {collection.runs} runs",
         ("who passes whom", "", "social cost", "crash risk at most", "arrivals", "regret", "runs"),
         rows,
-        f"crash risk, safest, riskiest: by the bound on any overlap {overlap_times(game)}",
+        f"crash risk, safest, riskiest: by the bound on any overlap {overlap_times(game)}"
+        + (PASSING if game.dim == 2 else ""),
         texts=2,
     )
+    if collection.prices is not None:
+        print_price(collection.prices, collection.runs)
     if collection.bounds is not None:
         print_proof(collection.bounds)
     print_note(

@@ -54,6 +54,7 @@ def collect_equilibria(
     *,
     runs: int = 20,
     seed: int = 0,
+    charge: str = "selfish",
     solver: str = ENGINE,
     time_limit: float | None = None,
     progress: Callable[[int], None] | None = None,
@@ -62,12 +63,13 @@ def collect_equilibria(
 
     Runs differ in their start (straight, sequential) and in the order of the agents, drawn from
     ``seed``.  Equilibria of one name are one kind, of which the cheapest is kept.
-    ``time_limit`` (seconds) applies to each run; ``progress`` is called after each with its number.
+    ``charge`` is the liability rule under which they are equilibria.  ``time_limit`` (seconds)
+    applies to each run; ``progress`` is called after each with its number.
     """
     kinds: dict[str, Equilibrium] = {}
     for run, (start, order) in enumerate(_runs(game, runs, seed)):
         solution = best_response_dynamics(
-            game, start=start, order=order, solver=solver, time_limit=time_limit
+            game, start=start, order=order, charge=charge, solver=solver, time_limit=time_limit
         )
         if progress is not None:
             progress(run + 1)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from ppg_env import evaluate
+from ppg_env.formats.plan_file import read_plan
+
 
 def test_both_sides_are_named_and_certified(ppg):
     report = ppg("equilibria", "head_on", "--speed", "l1", "--runs", "4", "--json").json
@@ -44,3 +47,27 @@ def test_a_limit_on_nodes_leaves_a_plan_a_bound_and_a_gap(ppg, solution):
     assert first["bound"] <= first["value"]
     assert [first["value"], first["bound"]] == [again["value"], again["bound"]]
     assert "gap is proved" in first["advice"]
+
+
+def test_prices_plans_and_other_rules_of_liability(ppg, tmp_path):
+    words = ("head_on", "--speed", "l1", "--objective", "risk", "--gain", "0", "--lam", "0.8")
+    words += ("--runs", "2")
+    stem = tmp_path / "found"
+    done = ppg("equilibria", *words, "--price", "--out", stem)
+    assert "price of stability 1.0" in done.out
+    assert "keep each other on their left" in done.out
+    report = ppg("equilibria", *words, "--price", "--json").json
+    low, high = report["optimum"]
+    assert low <= high
+    for name, row in (("price_of_stability", 0), ("price_of_anarchy", -1)):
+        cost = report["equilibria"][row]["social_cost"]
+        assert report[name] == pytest.approx([cost / high, cost / low])
+        assert report[name][0] >= 1
+    for k, row in enumerate(report["equilibria"]):
+        game, profile, stored = read_plan(f"{stem}-{k + 1}.json")
+        assert evaluate(game, profile).social_cost == pytest.approx(row["social_cost"])
+        assert stored["solution"] == "nash"
+    shared = ppg("equilibria", *words, "--charge", "pigou", "--json").json
+    assert shared["equilibria"][0]["social_cost"] < 0.99 * report["equilibria"][0]["social_cost"]
+    assert "--charge" in ppg("equilibria", *words, "--charge", "pigou", "--price", code=2).err
+    assert "100000" in ppg("equilibria", "head_on", "--runs", "100000", code=2).err
