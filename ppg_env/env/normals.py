@@ -48,7 +48,7 @@ def _words(generator: Any) -> np.ndarray | None:
 def _memory(bits: np.random.SFC64) -> np.ndarray:
     """Return the first four words of the memory of ``bits``, a view."""
     words = (ctypes.c_uint64 * 4).from_address(bits.ctypes.state_address)
-    return np.frombuffer(words, dtype=np.uint64)
+    return np.ctypeslib.as_array(words)
 
 
 @lru_cache(maxsize=1)
