@@ -30,10 +30,11 @@ class Normals:
         """Fill ``out`` (C, bodies, n) and return it."""
         if generator is not self._generator:
             self._generator, self._words = generator, _words(generator)
-        if self._words is None:
+        fill = compiled_fill()
+        if fill is None or self._words is None:
             generator.standard_normal(out=out)
         else:
-            compiled_fill()(self._words, out)
+            fill(self._words, out)
         return out
 
 
