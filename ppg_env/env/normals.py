@@ -30,10 +30,11 @@ class Normals:
         """Fill ``out`` (C, bodies, n) and return it."""
         if generator is not self._generator:
             self._generator, self._words = generator, _words(generator)
-        if self._words is None:
+        fill = compiled_fill()
+        if fill is None or self._words is None:
             generator.standard_normal(out=out)
         else:
-            compiled_fill()(self._words, out)
+            fill(self._words, out)
         return out
 
 
@@ -48,7 +49,7 @@ def _words(generator: Any) -> np.ndarray | None:
 def _memory(bits: np.random.SFC64) -> np.ndarray:
     """Return the first four words of the memory of ``bits``, a view."""
     words = (ctypes.c_uint64 * 4).from_address(bits.ctypes.state_address)
-    return np.frombuffer(words, dtype=np.uint64)
+    return np.ctypeslib.as_array(words)
 
 
 @lru_cache(maxsize=1)

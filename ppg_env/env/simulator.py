@@ -65,8 +65,8 @@ class Simulator:
         whole = isinstance(copies, (int, np.integer)) and copies >= 1
         require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
+        self._tables: Tables = make_tables(game, self.rules)
         self._linked: Any = None
-        self.tables = make_tables(game, self.rules)
         N, n = self.tables.start.shape
         C, m, self.copies = copies, self.tables.limits.shape[2], copies
         self.entries = DrawnEntries(randomize, game)

@@ -39,14 +39,15 @@ class Observer:
         out = np.zeros((copies, agents, observation_size(self._game)), dtype=np.float32)
         marks = np.ones(copies, dtype=np.bool_)
         _write_observations(
-            (), g.state_axes, g.axes, marks, True, state, status, clock, g.goal, g.agent_codes[0],
-            g.centre, g.scale, g.max_cycles, g.stay, out,
+            False, 0, copies, g.state_axes, g.axes, marks, True, state, status, clock, g.goal,
+            g.agent_codes[0], g.centre, g.scale, g.max_cycles, g.stay, out,
         )  # fmt: skip
         bodies = self._with_obstacles(state, clock)
         if g.path.size:
             _write_obstacles(
-                g.axes, marks, True, bodies, clock, g.path, g.obstacle_times, g.scale, out
-            )
+                0, copies, g.axes, marks, True, bodies, clock, g.path, g.obstacle_times, g.scale,
+                out,
+            )  # fmt: skip
         return View(
             observation=out[:, self._agent],
             state=state,
