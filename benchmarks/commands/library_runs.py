@@ -141,7 +141,7 @@ def report(
 ) -> None:
     """Write a page with performance profiles, gaps and records."""
     from benchmarks.library.page import page
-    from benchmarks.library.ranking import standings
+    from benchmarks.library.ranking import ran_by_all, standings
     from benchmarks.library.runs import read_lines
     from benchmarks.library.summary import project_lines
     from benchmarks.output_paths import own_folder, target
@@ -151,7 +151,7 @@ def report(
     own_folder(path)
     games = selected(names, selection)
     lines = project_lines() + [line for file in runs or () for line in read_lines(Path(file))]
-    ranked = standings(games, lines)
+    ranked = standings(ran_by_all(games, lines), lines)
     write_atomically(path, page(games, ranked))
     typer.echo(f"report: {path}", err=True)
     if as_json:

@@ -52,6 +52,15 @@ class Standing:
         return sum(ratio <= tau for ratio in self.ratios) / max(len(self.ratios), 1)
 
 
+def ran_by_all(games: Sequence[Instance], lines: Sequence[Line]) -> list[Instance]:
+    """Return the games that every solver of ``lines`` ran, in their current version."""
+    labels = {line["label"] for line in lines}
+    ran = {(line["label"], line["game"], line["digest"]) for line in lines}
+    return [
+        game for game in games if all((label, game.name, game.digest) in ran for label in labels)
+    ]
+
+
 def standings(games: Sequence[Instance], lines: Sequence[Line]) -> list[Standing]:
     """Return the solvers that ran in all ``games``, the best score first.
 
