@@ -53,12 +53,14 @@ class Standing:
 
 
 def ran_by_all(games: Sequence[Instance], lines: Sequence[Line]) -> list[Instance]:
-    """Return the games that every solver of ``lines`` ran, in their current version."""
-    labels = {line["label"] for line in lines}
-    ran = {(line["label"], line["game"], line["digest"]) for line in lines}
-    return [
-        game for game in games if all((label, game.name, game.digest) in ran for label in labels)
-    ]
+    """Return the games that every solver ran which ran any of them, in their current version."""
+    current = {(game.name, game.digest) for game in games}
+    ran: dict[str, set[tuple[str, str]]] = {}
+    for line in lines:
+        if (line["game"], line["digest"]) in current:
+            ran.setdefault(line["label"], set()).add((line["game"], line["digest"]))
+    shared = current.intersection(*ran.values())
+    return [game for game in games if (game.name, game.digest) in shared]
 
 
 def standings(games: Sequence[Instance], lines: Sequence[Line]) -> list[Standing]:

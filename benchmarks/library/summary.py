@@ -24,7 +24,7 @@ def class_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
     for kind in CLASSES:
         members = [game for game in games if game.difficulty == kind]
         ranked = standings(ran := ran_by_all(members, lines), lines) if members else []
-        winner = f"{ranked[0].label} ({ranked[0].score:.1f} over {len(ran)})" if ran else ""
+        winner = f"{ranked[0].label} ({ranked[0].score:.1f} over {len(ran)})" if ranked else ""
         certified = sum(bool(game.record.equilibria) for game in members)
         closed = sum(game.record.closed for game in members)
         rows.append((kind, str(len(members)), str(closed), str(certified), winner))
