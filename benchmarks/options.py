@@ -249,3 +249,12 @@ def number_list(name: str, text: str) -> list[float]:
         raise InputError(
             f"--{name}", f"is {text!r}", "write a number, or one per agent as in 0.2,0.8"
         ) from None
+
+
+def shard_numbers(text: str) -> tuple[int, int]:
+    """Return the two numbers of ``1/4``, the value of the option ``shard``."""
+    try:
+        index, count = map(int, text.split("/"))
+    except ValueError:
+        raise InputError("--shard", f"is {text!r}", "write i/n, such as 1/4") from None
+    return index, count

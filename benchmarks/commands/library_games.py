@@ -42,6 +42,15 @@ def selected(names: Sequence[str] | None, selection: Selection) -> list[Instance
     return chosen(names or (), kind=selection.kind, folder=folder)
 
 
+def selected_one(name: str, selection: Selection) -> Instance:
+    """Return the only game that a command names."""
+    from ppg_env.errors import require
+
+    games = selected([name], selection)
+    require(len(games) == 1, f"{name!r:.80}", f"names {len(games)} games", "name one")
+    return games[0]
+
+
 @with_group("selection", Selection)
 def list_games(
     names: NamesArgument = None,
@@ -111,7 +120,7 @@ def show(
 
     from benchmarks.library.judge import recorded_plans
 
-    (instance, *_) = selected([name], selection)
+    instance = selected_one(name, selection)
     record = instance.record
     if as_json:
         print_json(_row(instance) | {"file": str(instance.path), "record": asdict(record)})

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from benchmarks.commands.library_games import NamesArgument, Selection, selected
+from benchmarks.commands.library_games import NamesArgument, Selection, selected, selected_one
 from benchmarks.options import JsonOption, with_group
 from benchmarks.terminal import NO_SOLUTION, print_json
 
@@ -24,9 +24,13 @@ def check(
 ) -> None:
     """Let the independent checker recompute all recorded plans, or one plan file."""
     from benchmarks.library.judge import read_plan_text, recorded_plans, verdict
+    from ppg_env.errors import require
 
     rows: list[dict[str, Any]] = []
-    for instance in selected(names, selection):
+    games = selected(names, selection)
+    if plan is not None:
+        require(len(games) == 1, "--plan", f"is given for {len(games)} games", "name one game")
+    for instance in games:
         plans = {
             what: (entry["plan"], entry["social_cost"])
             for what, entry in recorded_plans(instance.record).items()
@@ -70,7 +74,7 @@ def submit(
     from ppg_env.errors import require
 
     require(bool(by.strip()), "--by", "is missing", "name who or what found the plan")
-    (instance, *_) = selected([name], selection)
+    instance = selected_one(name, selection)
     answer = offer(instance, read_plan_text(Path(plan)), by.strip()[:100], certify=certify)
     answer.pop("means", None)
     if as_json:

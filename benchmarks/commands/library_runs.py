@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from benchmarks.commands.library_games import NamesArgument, Selection, selected
-from benchmarks.options import JsonOption, with_group
+from benchmarks.options import JsonOption, shard_numbers, with_group
 from benchmarks.terminal import NO_SOLUTION, bar, print_json, print_table
 
 if TYPE_CHECKING:
@@ -41,6 +41,9 @@ class RunOptions:
         str | None,
         typer.Option(metavar="FILE", help="Lines of the run (out/library/NAME.jsonl)."),
     ] = None
+    shard: Annotated[
+        str, typer.Option(metavar="I/N", help="Run the I-th of N parts, for several machines.")
+    ] = "1/1"
     improve: Annotated[
         bool, typer.Option("--submit", help="Put better plans and bounds into the records.")
     ] = False
@@ -65,8 +68,11 @@ def run(
     """Run a solver over games, check its plans, and rank it; a stopped run continues."""
     from benchmarks.library.runs import read_lines
     from benchmarks.library.runs import run as run_games
+    from ppg_env.errors import require
 
-    games = selected(names, selection)
+    index, count = shard_numbers(options.shard)
+    require(1 <= index <= count, "--shard", f"is {options.shard}", "write i/n with 1 <= i <= n")
+    games = selected(names, selection)[index - 1 :: count]
     plan = _run_plan(solver, options)
     with bar(f"{plan.label} over {len(games)} games", len(games)) as advance:
         for _ in run_games(plan, games, options.budget):
@@ -141,7 +147,7 @@ def report(
 ) -> None:
     """Write a page with performance profiles, gaps and records."""
     from benchmarks.library.page import page
-    from benchmarks.library.ranking import standings
+    from benchmarks.library.ranking import ran_by_all, standings
     from benchmarks.library.runs import read_lines
     from benchmarks.library.summary import project_lines
     from benchmarks.output_paths import own_folder, target
@@ -151,7 +157,7 @@ def report(
     own_folder(path)
     games = selected(names, selection)
     lines = project_lines() + [line for file in runs or () for line in read_lines(Path(file))]
-    ranked = standings(games, lines)
+    ranked = standings(ran_by_all(games, lines), lines)
     write_atomically(path, page(games, ranked))
     typer.echo(f"report: {path}", err=True)
     if as_json:

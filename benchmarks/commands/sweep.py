@@ -14,6 +14,7 @@ from benchmarks.interrupt import keep
 from benchmarks.options import (
     JobsOption,
     JsonOption,
+    shard_numbers,
     with_game_options,
     with_group,
     with_planner_options,
@@ -136,7 +137,7 @@ def sweep(
 
     given = {name: value for name, value in vars(planner).items() if value != DEFAULTS[name]}
     grid = _grid(games or [], overrides, values or [], axes.words() | given)
-    cells = part(grid.cells(), *_shard(run.shard))
+    cells = part(grid.cells(), *shard_numbers(run.shard))
     for start, order, charge in product(grid.starts, grid.orders, grid.charges):
         refuse_unused(replace(planner, start=start, order=order, charge=charge), grid.players)
     path = run.path()
@@ -221,17 +222,6 @@ def _print_missing(cells: Sequence[Cell], path: Path, retry: bool, as_json: bool
         print_json({"cells": distinct, "stored": distinct - lacking, "missing": lacking})
     else:
         typer.echo(f"{distinct} cells, {distinct - lacking} stored, {lacking} to be run")
-
-
-def _shard(text: str) -> tuple[int, int]:
-    """Return the two numbers of ``1/4``."""
-    from ppg_env.errors import InputError
-
-    try:
-        index, count = map(int, text.split("/"))
-    except ValueError:
-        raise InputError("--shard", f"is {text!r}", "write i/n, such as 1/4") from None
-    return index, count
 
 
 def _grid(

@@ -23,7 +23,8 @@ svg text{font:12px system-ui,sans-serif}"""
 
 
 def page(games: Sequence[Instance], ranked: Sequence[Standing]) -> str:
-    """Return the report on ``games`` and the solvers that ran in all of them."""
+    """Return the report on ``games``, and on solvers that all ran the same games."""
+    ran = max((len(standing.ratios) for standing in ranked), default=0)
     closed = sum(game.record.closed for game in games)
     certified = sum(bool(game.record.equilibria) for game in games)
     words = (
@@ -35,7 +36,7 @@ def page(games: Sequence[Instance], ranked: Sequence[Standing]) -> str:
         (
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
             f"<style>{STYLE}</style></head><body><h1>{title}</h1><p>{words}</p>",
-            "<h2>Solvers</h2>",
+            f"<h2>Solvers</h2><p>Over the {ran} games that all of these solvers ran.</p>",
             _table(
                 ("solver", "score", "accepted", "as good as known", "refused", "CPU s"),
                 _solvers(ranked),

@@ -52,6 +52,17 @@ class Standing:
         return sum(ratio <= tau for ratio in self.ratios) / max(len(self.ratios), 1)
 
 
+def ran_by_all(games: Sequence[Instance], lines: Sequence[Line]) -> list[Instance]:
+    """Return the games that every solver ran which ran any of them, in their current version."""
+    current = {(game.name, game.digest) for game in games}
+    ran: dict[str, set[tuple[str, str]]] = {}
+    for line in lines:
+        if (line["game"], line["digest"]) in current:
+            ran.setdefault(line["label"], set()).add((line["game"], line["digest"]))
+    shared = current.intersection(*ran.values())
+    return [game for game in games if (game.name, game.digest) in shared]
+
+
 def standings(games: Sequence[Instance], lines: Sequence[Line]) -> list[Standing]:
     """Return the solvers that ran in all ``games``, the best score first.
 

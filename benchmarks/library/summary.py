@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from benchmarks.library.instance import CLASSES, Instance
-from benchmarks.library.ranking import standings
+from benchmarks.library.ranking import ran_by_all, standings
 from benchmarks.library.runs import RUNS, Line, read_lines
 
 
@@ -15,13 +15,16 @@ def project_lines() -> list[Line]:
 
 
 def class_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
-    """Return a row per class: games, closed, certified equilibria, best solver and its score."""
+    """Return a row per class: games, closed, certified equilibria, best solver and its score.
+
+    Scores are over the games of the class that all of the project's solvers ran.
+    """
     lines = project_lines()
     rows: list[tuple[str, ...]] = []
     for kind in CLASSES:
         members = [game for game in games if game.difficulty == kind]
-        ranked = standings(members, lines) if members else []
-        winner = f"{ranked[0].label} ({ranked[0].score:.1f})" if ranked else ""
+        ranked = standings(ran := ran_by_all(members, lines), lines) if members else []
+        winner = f"{ranked[0].label} ({ranked[0].score:.1f} over {len(ran)})" if ranked else ""
         certified = sum(bool(game.record.equilibria) for game in members)
         closed = sum(game.record.closed for game in members)
         rows.append((kind, str(len(members)), str(closed), str(certified), winner))

@@ -59,6 +59,17 @@ def test_a_command_of_theirs_is_run_checked_and_ranked(ppg, here, folder):
     assert "http" not in page
 
 
+def test_shards_cover_the_games_and_are_ranked_together(ppg, here, folder):
+    files = []
+    for k in (1, 2):
+        files += ["--runs", f"{k}.jsonl"]
+        run = ("run", command(here, SOLVER + WRITE), "--label", "parts", "--shard", f"{k}/2")
+        (line,) = library(ppg, folder, *run, "--json", *files[-2:]).json["lines"]
+        assert line["status"] == "accepted"
+    ranking = library(ppg, folder, "report", "--json", *files).json["ranking"]
+    assert ranking == [{"solver": "parts", "score": 100.0, "accepted": 2}]
+
+
 def test_a_cheating_plan_is_refused(ppg, here, folder):
     run = ("run", command(here, SOLVER + CHEAT + WRITE), "lanes", "--label", "cheat", "--submit")
     line = library(ppg, folder, *run, "--json", code=3).json["lines"][0]
@@ -148,8 +159,13 @@ def test_a_plan_below_a_bound_refutes_it():
         ("run", "'solver {game} {plan}"),
         ("run", "no-such-program {game} {plan}"),
         ("check", "lanes", "--plan", "nowhere.json"),
+        ("check", "--plan", "nowhere.json"),
+        ("show", "*"),
+        ("submit", "*", "nowhere.json", "--by", "me"),
         ("submit", "lanes", "nowhere.json", "--by", "me"),
         ("submit", "lanes", "games/lanes/1.toml"),
+        ("run", "straight", "--shard", "3/2"),
+        ("run", "straight", "--shard", "first"),
         ("report", "--runs", "nowhere.jsonl"),
         ("run", "social", "--runs", "nowhere/runs.jsonl"),
     ],
