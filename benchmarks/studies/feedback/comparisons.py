@@ -37,7 +37,7 @@ def distance(name: str, games: Games) -> str:
     return (
         f"{name} costs {np.median(list(shares.values())):.1%} more than {ORACLE} in the median "
         f"game and {shares[worst]:.1%} at most ({place(worst)}); more than {CLOSE:.1%} in "
-        f"{named(far)} of {len(games)}."
+        f"{len(far)} of {len(games)} games."
     )
 
 

@@ -57,6 +57,6 @@ def _paper(kind: str, pair: tuple[str, str], games: Games) -> str:
         f"{kind.capitalize()} ({pair[0]} compared with {pair[1]}): costs differ by at most "
         f"{SAME:.0%} in {sum(same)} of {len(games)} games (ratio {min(values):.3f} to "
         f"{max(values):.3f}); crashes are significantly more likely in {sum(riskier)}, less likely "
-        f"in {sum(safer)} (median ratio {np.median(risks):.2g}, largest {max(risks):.3g}); about "
+        f"in {sum(safer)} (median ratio {np.median(risks):.3g}, largest {max(risks):.3g}); about "
         f"the same cost and more crashes, as the paper reports, in {named(both)}."
     )

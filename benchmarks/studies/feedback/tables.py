@@ -39,14 +39,15 @@ def tables(rows: Sequence[StudyRow]) -> Iterator[Table]:
         texts=2,
     )
     measured = {key: own for key, own in games.items() if any(regret(row) for row in own.values())}
-    yield Table(
-        "Regret",
-        (*GAME, *(name.replace("-", "-\n") for name in SELFISH)),
-        _lines(measured, SELFISH, _regret),
-        "The largest gain of an agent by the best response that dynamic programming finds, "
-        "relative to the mean cost; of run 0 for learners.",
-        texts=2,
-    )
+    if measured:
+        yield Table(
+            "Regret",
+            (*GAME, *(name.replace("-", "-\n") for name in SELFISH)),
+            _lines(measured, SELFISH, _regret),
+            "The largest gain of an agent by the best response that dynamic programming finds, "
+            "relative to the mean cost; of run 0 for learners.",
+            texts=2,
+        )
 
 
 def _lines(
