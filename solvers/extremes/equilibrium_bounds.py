@@ -111,6 +111,7 @@ class _Search:
             if self._budget.out:
                 return
             vector.find_least(self._budget)
+            vector.dismiss(self.result.worst.low * (1 + gap), self._budget)
         while not self._budget.out:
             before = self.result
             lowering = self._dearest(before.worst.low * (1 + gap))
@@ -122,8 +123,8 @@ class _Search:
                 lowering.lower(before.worst.low * (1 + gap), self._budget)
             else:
                 refuting.raise_low(before.best.high * (1 - gap), self._budget)
-            for vector in (lowering, refuting):
-                self._add_sample(None if vector is None else vector.take_candidate())
+            for each in (lowering, refuting):
+                self._add_sample(None if each is None else each.take_candidate())
             if (before.best, before.worst) != (self.result.best, self.result.worst):
                 self._progress(self.result)
 
