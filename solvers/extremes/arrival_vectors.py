@@ -78,6 +78,12 @@ class ArrivalVector:
         if self._excludes(limit, self.most, budget):
             self.most = -inf if limit <= self.least else limit
 
+    def dismiss(self, goal: float, budget: Budget) -> None:
+        """Lower the costs to ``goal`` if one plan of an agent, safe from the other, shows that."""
+        self._efforts, efforts = (0, 0), self._efforts
+        self.lower(goal, budget)
+        self._efforts, self.failed, self._share = efforts, 0, 0.0
+
     def raise_low(self, goal: float, budget: Budget) -> None:
         """Try to prove that equilibria cost at least ``goal``, or that there are none."""
         wanted = min((goal - self._time) / self._care, self.most)

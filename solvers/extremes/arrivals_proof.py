@@ -10,6 +10,7 @@ to a guard around its plan, if that leaves a deviation (:mod:`solvers.extremes.g
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Plan
@@ -39,7 +40,7 @@ class ArrivalsProof:
         self._game, self._arrivals, self._epsilon = game, tuple(arrivals), epsilon
         self._program = PairProgram(game, arrivals, epsilon)
         self._known: set[tuple[int, bytes]] = set()
-        self.inequalities, self._begun = 0, False
+        self.inequalities, self._insecure = 0, -inf
         self.candidate: tuple[Plan, ...] | None = None
 
     def excludes(
@@ -49,8 +50,8 @@ class ArrivalsProof:
 
         ``rounds`` and ``nodes`` limit the programs, and the nodes of each.
         """
-        if not self._begun:
-            self._begin(most, budget)
+        if self._is_secure(least, budget):
+            return True
         for _ in range(rounds):
             if budget.out:
                 return False
@@ -65,13 +66,23 @@ class ArrivalsProof:
                 return False
         return False
 
-    def _begin(self, losses: float, budget: Budget) -> None:
-        """Add deviations that are cheap against everything that the other agent can do."""
-        self._begun = True
-        for i, agent in enumerate(self._game.agents):
-            guard = Guard.anywhere(self._game, i, self._arrivals[1 - i])
-            cost = agent.lam * self._arrivals[i] + (1 - agent.lam) * losses
-            self._add(i, guarded_response(guard, cost, budget))
+    def _is_secure(self, losses: float, budget: Budget) -> bool:
+        """Return whether a plan serves its agent better than ``losses``, whatever the other does.
+
+        Where none was found, none is looked for against smaller losses.
+        """
+        if losses <= self._insecure:
+            return False
+        self._insecure = losses
+        return any(
+            guarded_response(
+                Guard.anywhere(self._game, i, self._arrivals[1 - i]),
+                agent.lam * self._arrivals[i] + (1 - agent.lam) * losses - self._epsilon - GAIN,
+                budget,
+            )
+            is not None
+            for i, agent in enumerate(self._game.agents)
+        )
 
     def _add(self, i: int, deviation: Plan | None) -> None:
         """Add the inequality of a deviation, if there is one."""

@@ -35,6 +35,10 @@ from solvers.solution import Status
 SAMPLING_SHARE, OPTIMUM_SHARE = 0.2, 0.2
 """Parts of the time limit for sampled equilibria, and for the social optimum."""
 
+NEARBY = 1.1
+"""Vectors whose least cost is up to this many times that of the costliest known equilibrium are
+searched first."""
+
 MOST_FAILURES = 6
 """Proofs for one vector that do not end, before the search gives up."""
 
@@ -111,6 +115,8 @@ class _Search:
             if self._budget.out:
                 return
             vector.find_least(self._budget)
+            vector.dismiss(self.result.worst.low * (1 + gap), self._budget)
+        self._look_nearby(gap)
         while not self._budget.out:
             before = self.result
             lowering = self._dearest(before.worst.low * (1 + gap))
@@ -122,10 +128,19 @@ class _Search:
                 lowering.lower(before.worst.low * (1 + gap), self._budget)
             else:
                 refuting.raise_low(before.best.high * (1 - gap), self._budget)
-            for vector in (lowering, refuting):
-                self._add_sample(None if vector is None else vector.take_candidate())
+            for each in (lowering, refuting):
+                self._add_sample(None if each is None else each.take_candidate())
             if (before.best, before.worst) != (self.result.best, self.result.worst):
                 self._progress(self.result)
+
+    def _look_nearby(self, gap: float) -> None:
+        """Look for equilibria that cost little more than the sampled ones."""
+        goal = self.result.worst.low * (1 + gap)
+        for vector in sorted(self._vectors, key=lambda v: v.low):
+            if vector.low <= NEARBY * goal and vector.high > goal and not self._budget.out:
+                vector.lower(goal, self._budget)
+                self._add_sample(vector.take_candidate())
+        self._progress(self.result)
 
     def _add_sample(self, profile: Profile | None) -> None:
         """Add the equilibrium that the dynamics reach from a profile of the canonical game."""

@@ -7,7 +7,7 @@ import numpy as np
 from ppg_env.game import objective
 from ppg_env.game.game import Game
 
-STEPS = (3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
+STEPS = (1.0, 0.1, 0.01)
 """Losses between which those of risk are not distinguished from above, in time steps."""
 
 POINTS = 12
