@@ -128,7 +128,7 @@ def bend(random: Random) -> Game:
 
 
 def sweeper(random: Random) -> Game:
-    """One or two agents cross a hall in which bars move to and fro, or past."""
+    """One or two agents cross a hall in which bars move back and forth."""
     times = np.arange(25)
     bars: list[object] = []
     for k in range(2):
