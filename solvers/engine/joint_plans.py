@@ -14,6 +14,7 @@ import numpy as np
 
 from ppg_env.game.agent import Agent
 from ppg_env.game.barriers import barriers
+from ppg_env.game.free_space import FreeSpace
 from solvers.budget import Budget
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.joint_ways import JointWays
@@ -73,11 +74,16 @@ def _ways(subproblem: Subproblem, agility: int, budget: Budget) -> Iterator[list
     region, grids = _region(subproblem), []
     for i in subproblem.movers:
         bodies = barriers(game, i, subproblem.given)
+        cells = FreeSpace(game, i, bodies).cells
+        if cells is None:
+            return
+        low, high = cells.low, cells.low + np.array(cells.shape) * cells.size
+        box = np.maximum(region[0], low), np.minimum(region[1], high)
         grids.append(
             WayGrid(
                 game.agents[i],
                 bodies,
-                region,
+                box,
                 game.horizon,
                 agility,
                 swept=game.collisions == "swept",

@@ -127,8 +127,8 @@ class JointWays:
     def _in_time(self, node: _Node) -> bool:
         """Return whether each agent alone can still arrive in time."""
         on_way = [k for k, p in enumerate(node.points) if p not in (GONE, GOAL)]
-        steps = max((self._left(node, k) for k in on_way), default=0.0)
-        return bool(node.time + np.ceil(steps - ROOM) <= self._horizon)
+        steps = max((max(1.0, np.ceil(self._left(node, k) - ROOM)) for k in on_way), default=0.0)
+        return bool(node.time + steps <= self._horizon)
 
     def _order(self, node: _Node) -> list[int]:
         """Return the agents on their way in the order in which they choose."""

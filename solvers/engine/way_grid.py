@@ -1,9 +1,10 @@
 r"""Points on which ways of one agent are looked for, and the steps between them.
 
-Lines along every axis pass through start and goal, through the middle between neighbouring corners
-of bodies at rest, so that narrow ways have points, and at regular distances.  A step joins two
-points if an agent can go that far and one face of each body at rest is clear at both, as programs
-require.  Agents with inertia keep to the speed that they reach from rest within a few steps.
+Lines along every axis pass through start and goal, through the corners of what bodies at rest
+close and the middle between them, so that narrow ways have points, and at regular distances.  A
+step joins two points if an agent can go that far and one face of each body at rest is clear at
+both, as programs require.  Agents with inertia keep to the speed that they reach from rest within
+a few steps.
 """
 
 from __future__ import annotations
@@ -119,11 +120,12 @@ class WayGrid:
         corners = sorted({low, high, *(c for c in corners if low < c < high)})
         middles = [(a + b) / 2 for a, b in pairwise(corners)]
         steps = np.arange(np.ceil((low - start) / spacing), np.floor((high - start) / spacing) + 1)
-        lines = np.array([*middles, *(start + spacing * steps)])
+        lines = np.array([*middles, *corners, *(start + spacing * steps)])
         lines = lines[(lines >= low - tol.LENGTH) & (lines <= high + tol.LENGTH)]
         kept = sorted({start, goal})
+        close = spacing / 4 if count > 1 else spacing / 1000
         for line in lines.tolist():  # those close to others add nothing
-            if all(abs(line - other) > spacing / 4 for other in kept):
+            if all(abs(line - other) > close for other in kept):
                 kept.append(line)
         return np.array(kept)
 

@@ -1,4 +1,4 @@
-"""Small games among walls, drawn by kind and seed, for which general MILP solvers have plans soon."""
+"""Small games among walls, drawn by kind and seed."""
 
 from __future__ import annotations
 
@@ -121,17 +121,14 @@ def bend(random: Random) -> Game:
     """Two agents pass each other in an L-shaped room."""
     wide = float(random.uniform(1.6, 2.2))
     agents = [
-        body(
-            [0.5, wide / 2], [wide / 2, 5.5], Polytope.disc(0.35, 8), Polytope.l1(1.0), noise=0.001
-        ),
+        body([5.5, wide / 2], [wide / 2, 4.5], Polytope.disc(0.35, 8), Polytope.l1(1.0)),
         body([wide / 2, 5.5], [5.5, wide / 2], Polytope.box([0.7, 0.7]), Polytope.l1(1.0)),
     ]
-    agents[0] = body([5.5, wide / 2], [wide / 2, 4.5], Polytope.disc(0.35, 8), Polytope.l1(1.0))
     return game(agents, [box(wide, wide, 6, 6), *room(0, 0, 6, 6)], 24)
 
 
 def sweeper(random: Random) -> Game:
-    """One or two agents cross a hall in which bars move to and fro, or past."""
+    """One or two agents cross a hall in which bars move back and forth."""
     times = np.arange(25)
     bars: list[object] = []
     for k in range(2):
@@ -139,8 +136,9 @@ def sweeper(random: Random) -> Game:
         shift = 2.5 * np.sin(2 * np.pi * (times / period + phase))
         path = np.stack([np.full(25, 2.0 + 2.5 * k), 3.0 + shift], axis=1)
         bars.append(Obstacle(Polytope.box([0.5, 3.0]), path))
-    agents = [body([0.5, 1.5 + 2 * i], [6.5, 4.5 - 2 * i], Polytope.box([0.6, 0.6]),
-                   Polytope.l1(1.2), noise=0.0005) for i in range(int(random.integers(1, 3)))]  # fmt: skip
+    small, control = Polytope.box([0.6, 0.6]), Polytope.l1(1.2)
+    ends = [([0.5, 1.5], [6.5, 4.5]), ([0.5, 3.5], [6.5, 2.5])][: int(random.integers(1, 3))]
+    agents = [body(*pair, small, control, noise=0.0005) for pair in ends]
     return game(agents, [*bars, *room(0, 0, 7, 6)], 24)
 
 
