@@ -2,8 +2,7 @@
 
 At time t a body is at p_t ~ N(path_t, spread_t), and p_{t+1} = carry p_t + noise about its path.
 Where the spread is zero, the agent knows where the body is.  Otherwise its position at the end of
-each step counts as if it were independent of the steps before: what an agent could learn about it
-from not having met it is left out.
+each step counts as if it were independent of the steps before.
 """
 
 from __future__ import annotations
@@ -44,11 +43,6 @@ class FrozenBody:
     until: int | None
     moves: bool = True
 
-    @property
-    def last_change(self) -> int:
-        """The first time from which it is at rest, or gone."""
-        return max(len(self.path) - 1, self.until or 0)
-
     def hazard(self, clock: int, *, swept: bool) -> Hazard | None:
         """Return what the agent can hit in the step from ``clock``; None if it is gone."""
         if self.until is not None and (clock if swept else clock + 1) >= self.until:
@@ -87,17 +81,16 @@ def followed_plans(players: Mapping[int, Player]) -> dict[int, Plan]:
     for j, player in players.items():
         if not isinstance(player, Tracker):
             raise InputError(
-                f"players[{j}]",
-                "follows no plan",
+                f"players[{j}]", "follows no plan",
                 "give plans that are tracked, or two agents of two state components each",
-            )
+            )  # fmt: skip
         plans[j] = player.plan
     return plans
 
 
 def epochs(bodies: Sequence[FrozenBody], steps: int) -> int:
     """Return the number of first steps in which bodies differ; the last one stands for more."""
-    moving = [body.last_change + 1 for body in bodies if body.moves]
+    moving = [max(len(body.path), (body.until or 0) + 1) for body in bodies if body.moves]
     return min(max(moving, default=1), steps)
 
 

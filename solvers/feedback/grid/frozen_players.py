@@ -12,8 +12,8 @@ from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.game import Game
 from ppg_env.support.compilation import njit
 
-CHUNK = 1 << 15
-"""States for which a player is asked at once."""
+CHUNK = 1 << 12
+"""States for which a player is asked at once: layers of a network then fit the cache."""
 
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
