@@ -60,30 +60,26 @@ def train_players(
     game: Game,
     method: str = "shared",
     *,
-    sharing: str = "selfish",
-    lam: tuple[float, float] | None = (0.05, 0.95),
-    tolerance: float | None = None,
     warm_start: str = "straight",
-    randomize: Randomize | None = None,
     seeds: Sequence[int] = (0,),
     steps: int | None = None,
     jobs: int = 1,
     folder: Path | None = None,
-    tensorboard: Path | None = None,
     progress: Progress = lambda _steps: None,
+    **options: Any,
 ) -> Learned:
     """Train one run per seed, and evaluate the runs.
 
     Parameters
     ----------
-    game, sharing, lam, tolerance, steps, tensorboard
-        See :class:`baselines.training_loop.Args`; ``steps`` defaults to those of the method.
+    game, steps, **options
+        See :class:`baselines.training_loop.Args`, whose ``sharing``, ``lam``, ``tolerance``,
+        ``randomize`` and ``tensorboard`` are options; ``steps`` defaults to those of the method.
+        If ``randomize`` draws lam, ``lam`` has no effect.
     method
         A name of :data:`METHODS`.
     warm_start
         What the networks imitate first, a name of :data:`WARM_STARTS`.
-    randomize
-        What every episode draws; if that includes lam, ``lam`` has no effect.
     jobs
         Processes; results do not depend on them.
     folder
@@ -92,28 +88,20 @@ def train_players(
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
+    tolerance, rule = options.get("tolerance"), options.get("randomize")
     check_warm_start(warm_start, method, game, tolerance)
-    if randomize is not None:
-        check_randomize(randomize, game, Rules(tolerance=tolerance), warm_start)
-        lam = None if randomize.lam is not None else lam
+    if rule is not None:
+        check_randomize(rule, game, Rules(tolerance=tolerance), warm_start)
+        options |= {"lam": None} if rule.lam is not None else {}
     require_extra()
     from baselines.training_loop import Args
 
     steps = METHODS[method].steps if steps is None else steps
-    args = Args(
-        game,
-        sharing,
-        lam,
-        steps=steps,
-        tolerance=tolerance,
-        imitate_feedback=warm_start == "feedback",
-        randomize=randomize,
-        tensorboard=tensorboard,
-    )
+    args = Args(game, steps=steps, imitate_feedback=warm_start == "feedback", **options)
     each = [
         replace(args, seed=seed, checkpoint=folder and folder / f"seed-{seed}.pt") for seed in seeds
     ]
-    for needed in (tensorboard, folder):  # the second is temporary, and comes last
+    for needed in (args.tensorboard, folder):  # the second is temporary, and comes last
         if needed is not None:
             _make_folder(needed)
     other = "wait for the other training, or name another place for this one"
@@ -121,7 +109,7 @@ def train_players(
     with lock, _progress_of(jobs, progress) as (run, on_progress):
         runs = tuple(run(partial(_train, method, on_progress), each))
     learned = Learned(runs, _about(method, args, seeds))
-    learned.about["figures"] = figures(game, learned, rules=args.rules, randomize=randomize)
+    learned.about["figures"] = figures(game, learned, rules=args.rules, randomize=rule)
     return learned
 
 

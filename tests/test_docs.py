@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.sweeps.grid import is_grid, read_grid
 from ppg_env import make_game
+from ppg_env.env import read_randomize
 from ppg_env.formats.game_file import read_game
 from tests.command import Ppg
 from tests.marks import slow_if
@@ -114,7 +115,10 @@ def test_game_files_load(page: Path, tmp_path: Path) -> None:
     for block in blocks(page, "toml"):
         path = tmp_path / "game.toml"
         path.write_text(block)
-        assert read_grid(path).cells() if is_grid(str(path)) else read_game(path).agents
+        if block.startswith("[randomize]"):
+            read_randomize(path)
+        else:
+            assert read_grid(path).cells() if is_grid(str(path)) else read_game(path).agents
 
 
 COMPARISONS = [

@@ -24,7 +24,7 @@ from ppg_env.formats.game_file import read_tables
 from ppg_env.formats.keys import check_keys, require_table
 
 KEYS = (*FIELDS, "agents", "shared")
-KINDS: dict[str, type[Distribution]] = {"uniform": Uniform, "near": Near, "choice": Choice}
+KINDS = ("uniform", "near", "choice")
 REMEDY = "write { uniform = [low, high] }, { near = distance } or { choice = [...] }"
 
 
@@ -93,7 +93,9 @@ def _distribution(table: Mapping[str, Any], place: str) -> Distribution:
     if kind == "uniform" and not pair:
         raise InputError(place, f"is uniform = {value!r:.40}", "write uniform = [low, high]")
     with placed(place):
-        return Uniform(*value) if kind == "uniform" else KINDS[kind](value)
+        if kind == "uniform":
+            return Uniform(*value)
+        return Near(value) if kind == "near" else Choice(value)
 
 
 def _table(distribution: Distribution) -> dict[str, Any]:

@@ -22,6 +22,7 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
     Worker processes import the modules again and train at full length.
     """
     from baselines import cost_descent, imitation, ppo, sac_single, train, warm_start
+    from baselines.figures import figures
 
     patch.setattr(warm_start, "UPDATES", 10)
     patch.setattr(warm_start, "CRITIC_ROLLOUTS", 1)
@@ -36,7 +37,7 @@ def shorten_trainings(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(sac_single, "UPDATES", 1)
     patch.setattr(sac_single, "BATCH", 64)
     patch.setattr(sac_single, "BUFFER", 1000)  # fewer than the steps taken: it wraps around
-    patch.setattr(train, "figures", partial(train.figures, episodes=500))
+    patch.setattr(train, "figures", partial(figures, episodes=500))
 
 
 def small_policy(game: Game, seed: int = 0, extra: int = 0, **options: Any) -> Policy:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pettingzoo
+import pytest
 
 from ppg_env.env.registration import pettingzoo_id
 from ppg_env.env.rules import CHOICES
@@ -17,6 +18,11 @@ LIFE_CYCLES: list[dict[str, Any]] = [
         CHOICES["arrival"], CHOICES["on_goal"], CHOICES["on_crash"], CHOICES["sharing"]
     )
 ]
+
+
+needs_registry = pytest.mark.skipif(
+    not hasattr(pettingzoo, "make"), reason="PettingZoo before 1.27 has no ids"
+)
 
 
 def with_schedule(options: dict[str, Any], agents: int, times: int = 6) -> dict[str, Any]:

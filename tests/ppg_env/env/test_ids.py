@@ -28,7 +28,7 @@ from ppg_env.env.registration import (
 )
 from ppg_env.formats.game_file import game_to_toml
 from ppg_env.scenarios.registry import registry
-from tests.ppg_env.env.conftest import record
+from tests.ppg_env.env.conftest import needs_registry, record
 
 STORED = Path(__file__).with_name("trajectories.json")
 NAMES = list(registry())
@@ -44,6 +44,7 @@ def test_every_id_has_a_stored_trajectory() -> None:
     assert set(stored()) == {pettingzoo_id(name) for name in NAMES}
 
 
+@needs_registry
 @pytest.mark.parametrize("name", NAMES)
 def test_an_id_plays_its_stored_trajectory(name: str) -> None:
     before, now = stored()[pettingzoo_id(name)], record(name)
@@ -52,6 +53,7 @@ def test_an_id_plays_its_stored_trajectory(name: str) -> None:
         np.testing.assert_allclose(now[key], before[key], rtol=1e-6, atol=1e-6, err_msg=__doc__)
 
 
+@needs_registry
 @pytest.mark.parametrize("name", NAMES)
 def test_the_learner_of_a_gymnasium_id_plays_the_same_game(name: str) -> None:
     env = gymnasium.make(gymnasium_id(name))
@@ -62,11 +64,13 @@ def test_the_learner_of_a_gymnasium_id_plays_the_same_game(name: str) -> None:
     check_env(env.unwrapped, skip_render_check=True)
 
 
+@needs_registry
 @pytest.mark.parametrize("name", NAMES)
 def test_turn_based_ids_pass_the_api_test(name: str) -> None:
     api_test(pettingzoo.make("aec", pettingzoo_id(name)), num_cycles=20)
 
 
+@needs_registry
 def test_families_take_their_arguments_and_options() -> None:
     options: dict[str, Any] = {"n": np.int64(3), "lam": 0.2, "max_cycles": 9, "reward": "margin"}
     env = pettingzoo.make("parallel", pettingzoo_id("circle"), **options)
@@ -80,6 +84,7 @@ def test_families_take_their_arguments_and_options() -> None:
     assert learner.unwrapped.learner == 2
 
 
+@needs_registry
 def test_any_game_has_an_id_and_files_are_given_by_path(tmp_path: Path) -> None:
     game = make_game("circle(4)", lam=0.3)
     (tmp_path / "mine.toml").write_text(game_to_toml(game))
@@ -89,11 +94,13 @@ def test_any_game_has_an_id_and_files_are_given_by_path(tmp_path: Path) -> None:
         assert len(gymnasium.make(gymnasium_id("game"), game=given).unwrapped.game.agents) == 4
 
 
+@needs_registry
 def test_unknown_arguments_are_refused_by_name() -> None:
     with pytest.raises(InputError, match="m: is not an option"):
         pettingzoo.make("parallel", pettingzoo_id("circle"), m=3)
 
 
+@needs_registry
 def test_registering_again_changes_nothing_and_warns_of_nothing() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -25,7 +25,7 @@ import ppg_env
 from ppg_env import InputError, Polytope, SingleAgentEnv, make_game, path_planning_v0
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.obstacle import Obstacle
-from tests.ppg_env.env.conftest import LIFE_CYCLES, name, with_schedule
+from tests.ppg_env.env.conftest import LIFE_CYCLES, name, needs_registry, with_schedule
 
 # PettingZoo's tests advise against unbounded observations and read attributes through wrappers.
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
@@ -163,6 +163,7 @@ def test_infos_say_who_is_outside_the_workspace() -> None:
     assert [info["outside"] for info in infos.values()] == [True, False]
 
 
+@needs_registry
 def test_every_scenario_is_registered(scenario: str) -> None:
     plain = scenario.split("(")[0]
     env = pettingzoo.make("parallel", f"ppg/{plain}-v0", max_cycles=7)
