@@ -3,6 +3,9 @@
 Look-ahead players (:mod:`solvers.feedback.grid.player`) take the cheapest action; the difference to
 its cost is what another action loses.  Costs leave out those of the step itself, which are the same
 for all actions, but for effort.
+
+The grid takes states outside it as on its border, where actions that stay outside cost the same.
+Here they cost the time back to the grid as well.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from solvers.feedback.grid.look_ahead import Body, contract, price, read
 from solvers.feedback.grid.moves import after, project
 from solvers.feedback.grid.player import Policy
 from solvers.feedback.grid.stage_kernels import is_near
-from solvers.feedback.grid.state_grid import padded
+from solvers.feedback.grid.state_grid import CELLS_PER_STEP, padded
 
 
 class ActionCosts:
@@ -35,12 +38,12 @@ class ActionCosts:
         ``states`` (C, 2, n) are those of both; actions are projected on the control set.
         """
         policy, model, out = self._policy, self._policy.model, np.empty(actions.shape[:2])
+        inputs = self._projected(agent, clock, actions)
         body = self._body(agent, clock)._replace(share=1.0)
         alone = policy.stages.alone[agent][policy.row(clock)].reshape(model.grids[agent].shape)
         _price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
-                     self._padded(agent, states), self._projected(agent, clock, actions),
-                     out)  # fmt: skip
-        return out
+                     self._padded(agent, states), inputs, out)  # fmt: skip
+        return out + self._way_back(agent, states, inputs)
 
     def together(
         self, agent: int, states: np.ndarray, clock: int, actions: np.ndarray, other: np.ndarray
@@ -51,6 +54,7 @@ class ActionCosts:
         """
         policy, model, out = self._policy, self._policy.model, np.empty(actions.shape[:2])
         far = 1 - agent
+        inputs = self._projected(agent, clock, actions)
         others = self._projected(far, clock, other[:, None])[:, 0]
         ends = after(model.game.agents[far], states[:, far], others)
         body = self._body(agent, clock)
@@ -58,9 +62,18 @@ class ActionCosts:
         _price_together(
             body, model.harm(agent, clock), policy.field_of(policy.row(clock), agent), agent == 0,
             model.risk, policy.crash()[agent], self._body(far, clock), self._padded(agent, states),
-            self._padded(far, states), ends, size, self._projected(agent, clock, actions), out,
+            self._padded(far, states), ends, size, inputs, out,
         )  # fmt: skip
-        return out
+        return out + self._way_back(agent, states, inputs)
+
+    def _way_back(self, agent: int, states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Return (C, K) the costs of the time from outside the grid, after the move, to it."""
+        mover, grid = self._policy.model.game.agents[agent], self._policy.model.grids[agent]
+        ends = after(mover, states[:, None, agent], inputs)
+        last = grid.low + grid.step * (np.array(grid.shape) - 1)
+        reach = CELLS_PER_STEP * grid.step
+        steps: np.ndarray = (np.abs(ends - np.clip(ends, grid.low, last)) / reach).sum(axis=2)
+        return mover.lam * steps
 
     def _projected(self, agent: int, clock: int, actions: np.ndarray) -> np.ndarray:
         mover = self._policy.model.game.agents[agent]
