@@ -13,11 +13,10 @@ from __future__ import annotations
 import numpy as np
 
 from ppg_env.game.input_sets import set_at
-from ppg_env.support.compilation import njit
-from solvers.feedback.grid.look_ahead import Body, contract, price, read
+from solvers.feedback.grid.action_kernels import price_alone, price_together
+from solvers.feedback.grid.look_ahead import Body
 from solvers.feedback.grid.moves import after, project
 from solvers.feedback.grid.player import Policy
-from solvers.feedback.grid.stage_kernels import is_near
 from solvers.feedback.grid.state_grid import CELLS_PER_STEP, padded
 
 
@@ -41,7 +40,7 @@ class ActionCosts:
         inputs = self._projected(agent, clock, actions)
         body = self._body(agent, clock)._replace(share=1.0)
         alone = policy.stages.alone[agent][policy.row(clock)].reshape(model.grids[agent].shape)
-        _price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
+        price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
                      self._padded(agent, states), inputs, out)  # fmt: skip
         return out + self._way_back(agent, states, inputs)
 
@@ -59,7 +58,7 @@ class ActionCosts:
         ends = after(model.game.agents[far], states[:, far], others)
         body = self._body(agent, clock)
         size = np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
-        _price_together(
+        price_together(
             body, model.harm(agent, clock), policy.field_of(policy.row(clock), agent), agent == 0,
             model.risk, policy.crash()[agent], self._body(far, clock), self._padded(agent, states),
             self._padded(far, states), ends, size, inputs, out,
@@ -89,35 +88,3 @@ class ActionCosts:
         if key not in self._bodies:
             self._bodies[key] = self._policy.body(agent, clock)
         return self._bodies[key]
-
-
-@njit(cache=True)
-def _price_alone(body, harm, alone, risk, states, actions, out):
-    for c in range(states.shape[0]):
-        w0, w1, base, y = np.empty(4), np.empty(4), np.empty(2), np.empty(2)
-        other = np.full(5, -1.0)
-        base[:] = body.A @ states[c]
-        for k in range(actions.shape[1]):
-            out[c, k] = price(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base,
-                              actions[c, k], y, other, w0, w1)  # fmt: skip
-
-
-@njit(cache=True)
-def _price_together(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
-                    size, actions, out):  # fmt: skip
-    for c in range(states.shape[0]):
-        w0, w1, base, y = np.empty(4), np.empty(4), np.empty(2), np.empty(2)
-        index, weight = np.empty(16, np.int64), np.empty(16)
-        window, other, reach = np.empty((size[0], size[1])), np.empty(5), np.empty(4)
-        base[:] = body.A @ states[c]
-        i0, j0 = contract(body, field, own_first, base, far, far_ends[c], w0, w1, index, weight,
-                          window)  # fmt: skip
-        for k in range(2):
-            other[k], other[2 + k] = far_states[c, k], far_ends[c, k]
-            reach[k], reach[2 + k] = base[k] + body.span[0, k], base[k] + body.span[1, k]
-        other[4] = -1.0
-        if is_near(risk, own_first, states[c], far_states[c], reach, far_ends[c]):
-            other[4] = max(read(far, far.stays, 0, 0, far_ends[c], w0, w1), 0.0)
-        for k in range(actions.shape[1]):
-            out[c, k] = price(body, harm, window, i0, j0, risk, own_first, crash, states[c], base,
-                              actions[c, k], y, other, w0, w1)  # fmt: skip
