@@ -40,7 +40,7 @@ OUTSIDE, EDGE = 0.01, 1.2
 """Weight of the squared distance by which actions leave the box [-EDGE, EDGE]."""
 
 LARGEST = 1.0
-"""Largest norm of a gradient."""
+"""Largest norm of a gradient.  Bounding the slopes of single states makes crashes more likely."""
 
 
 def descend(

@@ -61,13 +61,13 @@ def test_the_network_costs_much_less_than_straight_ways(overtaking: Game, sharin
     assert costs[1] < 1.5 * costs[0] < 0.5 * costs[2]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_examples")
-@pytest.mark.parametrize("sharing", ["social", "selfish"])
 def test_descent_comes_closer_to_the_feedback_players(
-    overtaking: Game, sharing: str, monkeypatch: pytest.MonkeyPatch
+    overtaking: Game, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cost_descent, "UPDATES", 150)
-    args = Args(overtaking, sharing, None, imitate_feedback=True)
+    monkeypatch.setattr(cost_descent, "UPDATES", 600)
+    args = Args(overtaking, "social", None, imitate_feedback=True)
     learner = make_learner(args)
     demonstrations = _imitate(learner, args)
     teams = [demonstrations[0].players, team_players(overtaking, (policy_of(args, learner),))]
@@ -76,17 +76,26 @@ def test_descent_comes_closer_to_the_feedback_players(
     feedback, imitated, descended = (
         evaluate(overtaking, team, 2 * EPISODES).cost.mean() for team in teams
     )
-    assert descended - feedback < 0.7 * (imitated - feedback)
+    assert descended - feedback < 0.5 * (imitated - feedback)
 
 
 @pytest.mark.usefixtures("few_examples")
-def test_descent_leaves_networks_of_games_whose_bodies_stay_as_they_are(overtaking: Game) -> None:
-    game = replace(overtaking, on_goal="stay")
-    args = Args(game, "social", None, imitate_feedback=True)
-    learner = make_learner(args)
+@pytest.mark.parametrize("sharing", ["social", "selfish"])
+def test_the_costs_of_agents_at_rest_decrease_towards_their_goals(
+    overtaking: Game, sharing: str
+) -> None:
+    args = Args(overtaking, sharing, None, imitate_feedback=True)
+    play = cost_descent._Play(make_demonstrations(args, [0, 1])[0], np.random.default_rng(0))
+    slopes = play._slopes(np.zeros((32, 2, 1)))
+    assert (slopes < 0).all()
+
+
+def test_descent_leaves_a_network_as_it_is_where_players_know_no_costs(overtaking: Game) -> None:
+    args = Args(overtaking, "social", None, imitate_feedback=True)
+    learner = make_learner(args, copies=8)
     before = policy_of(args, learner)
-    demonstrations = make_demonstrations(args, learner.env.learners)
-    cost_descent.descend(learner.model, demonstrations, np.random.default_rng(0))
+    straight = Demonstration(learner.env, straight_players(overtaking))
+    cost_descent.descend(learner.model, [straight], np.random.default_rng(0))
     assert policy_of(args, learner) == before
 
 

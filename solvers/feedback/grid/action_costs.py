@@ -3,6 +3,9 @@
 Look-ahead players (:mod:`solvers.feedback.grid.player`) take the cheapest action; the difference to
 its cost is what another action loses.  Costs leave out those of the step itself, which are the same
 for all actions, but for effort.
+
+The grid takes states outside it as on its border, where actions that stay outside cost the same.
+Here they cost the time back to the grid as well.
 """
 
 from __future__ import annotations
@@ -10,12 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from ppg_env.game.input_sets import set_at
-from ppg_env.support.compilation import njit
-from solvers.feedback.grid.look_ahead import Body, contract, price, read
+from solvers.feedback.grid.action_kernels import price_alone, price_together
+from solvers.feedback.grid.look_ahead import Body
 from solvers.feedback.grid.moves import after, project
 from solvers.feedback.grid.player import Policy
-from solvers.feedback.grid.stage_kernels import is_near
-from solvers.feedback.grid.state_grid import padded
+from solvers.feedback.grid.state_grid import CELLS_PER_STEP, padded
 
 
 class ActionCosts:
@@ -35,12 +37,12 @@ class ActionCosts:
         ``states`` (C, 2, n) are those of both; actions are projected on the control set.
         """
         policy, model, out = self._policy, self._policy.model, np.empty(actions.shape[:2])
+        inputs = self._projected(agent, clock, actions)
         body = self._body(agent, clock)._replace(share=1.0)
         alone = policy.stages.alone[agent][policy.row(clock)].reshape(model.grids[agent].shape)
-        _price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
-                     self._padded(agent, states), self._projected(agent, clock, actions),
-                     out)  # fmt: skip
-        return out
+        price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
+                     self._padded(agent, states), inputs, out)  # fmt: skip
+        return out + self._way_back(agent, states, inputs)
 
     def together(
         self, agent: int, states: np.ndarray, clock: int, actions: np.ndarray, other: np.ndarray
@@ -51,16 +53,26 @@ class ActionCosts:
         """
         policy, model, out = self._policy, self._policy.model, np.empty(actions.shape[:2])
         far = 1 - agent
+        inputs = self._projected(agent, clock, actions)
         others = self._projected(far, clock, other[:, None])[:, 0]
         ends = after(model.game.agents[far], states[:, far], others)
         body = self._body(agent, clock)
         size = np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
-        _price_together(
+        price_together(
             body, model.harm(agent, clock), policy.field_of(policy.row(clock), agent), agent == 0,
             model.risk, policy.crash()[agent], self._body(far, clock), self._padded(agent, states),
-            self._padded(far, states), ends, size, self._projected(agent, clock, actions), out,
+            self._padded(far, states), ends, size, inputs, out,
         )  # fmt: skip
-        return out
+        return out + self._way_back(agent, states, inputs)
+
+    def _way_back(self, agent: int, states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Return (C, K) the costs of the time from outside the grid, after the move, to it."""
+        mover, grid = self._policy.model.game.agents[agent], self._policy.model.grids[agent]
+        ends = after(mover, states[:, None, agent], inputs)
+        last = grid.low + grid.step * (np.array(grid.shape) - 1)
+        reach = CELLS_PER_STEP * grid.step
+        steps: np.ndarray = (np.abs(ends - np.clip(ends, grid.low, last)) / reach).sum(axis=2)
+        return mover.lam * steps
 
     def _projected(self, agent: int, clock: int, actions: np.ndarray) -> np.ndarray:
         mover = self._policy.model.game.agents[agent]
@@ -76,35 +88,3 @@ class ActionCosts:
         if key not in self._bodies:
             self._bodies[key] = self._policy.body(agent, clock)
         return self._bodies[key]
-
-
-@njit(cache=True)
-def _price_alone(body, harm, alone, risk, states, actions, out):
-    for c in range(states.shape[0]):
-        w0, w1, base, y = np.empty(4), np.empty(4), np.empty(2), np.empty(2)
-        other = np.full(5, -1.0)
-        base[:] = body.A @ states[c]
-        for k in range(actions.shape[1]):
-            out[c, k] = price(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base,
-                              actions[c, k], y, other, w0, w1)  # fmt: skip
-
-
-@njit(cache=True)
-def _price_together(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
-                    size, actions, out):  # fmt: skip
-    for c in range(states.shape[0]):
-        w0, w1, base, y = np.empty(4), np.empty(4), np.empty(2), np.empty(2)
-        index, weight = np.empty(16, np.int64), np.empty(16)
-        window, other, reach = np.empty((size[0], size[1])), np.empty(5), np.empty(4)
-        base[:] = body.A @ states[c]
-        i0, j0 = contract(body, field, own_first, base, far, far_ends[c], w0, w1, index, weight,
-                          window)  # fmt: skip
-        for k in range(2):
-            other[k], other[2 + k] = far_states[c, k], far_ends[c, k]
-            reach[k], reach[2 + k] = base[k] + body.span[0, k], base[k] + body.span[1, k]
-        other[4] = -1.0
-        if is_near(risk, own_first, states[c], far_states[c], reach, far_ends[c]):
-            other[4] = max(read(far, far.stays, 0, 0, far_ends[c], w0, w1), 0.0)
-        for k in range(actions.shape[1]):
-            out[c, k] = price(body, harm, window, i0, j0, risk, own_first, crash, states[c], base,
-                              actions[c, k], y, other, w0, w1)  # fmt: skip
