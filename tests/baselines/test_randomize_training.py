@@ -29,7 +29,7 @@ def own_inputs(game: Game, agent: int) -> np.ndarray:
     simulator = Simulator(game, seed=0)
     simulator.reset()
     policy = small_policy(game, extra=10, **FIELDS)
-    return LearnedPlayer(game, agent, policy)._seen(simulator.view(agent))
+    return LearnedPlayer(game, agent, policy)._seen(simulator.view(agent).observation)
 
 
 @pytest.mark.parametrize("agent", [0, 1])
