@@ -13,7 +13,7 @@ from functools import partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from baselines.figures import figures
 from baselines.policy import Team
@@ -56,6 +56,16 @@ WARM_STARTS = ("straight", "feedback")
 PACKAGES = ("path-planning-games", "stable-baselines3", "torch", "numpy", "gymnasium")
 
 
+class TrainingOptions(TypedDict, total=False):
+    """Options of :func:`train_players` that :class:`baselines.training_loop.Args` describes."""
+
+    sharing: str
+    lam: tuple[float, float] | None
+    tolerance: float | None
+    randomize: Randomize | None
+    tensorboard: Path | None
+
+
 def train_players(
     game: Game,
     method: str = "shared",
@@ -66,7 +76,7 @@ def train_players(
     jobs: int = 1,
     folder: Path | None = None,
     progress: Progress = lambda _steps: None,
-    **options: Any,
+    **options: Unpack[TrainingOptions],
 ) -> Learned:
     """Train one run per seed, and evaluate the runs.
 
@@ -92,7 +102,8 @@ def train_players(
     check_warm_start(warm_start, method, game, tolerance)
     if rule is not None:
         check_randomize(rule, game, Rules(tolerance=tolerance), warm_start)
-        options |= {"lam": None} if rule.lam is not None else {}
+        if rule.lam is not None:
+            options["lam"] = None
     require_extra()
     from baselines.training_loop import Args
 

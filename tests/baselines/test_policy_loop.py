@@ -39,7 +39,7 @@ def test_an_action_is_that_of_the_batched_player():
         np.testing.assert_allclose(alone(observation), action, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("agent", ["nobody", 2, -1, None])
+@pytest.mark.parametrize("agent", ["agent_9", 2, -1, None])
 def test_an_unknown_agent_is_refused(agent):
     game = make_game("head_on", speed="l1", objective="risk", lam=0.8)
     with pytest.raises(InputError, match="write agent_0 or agent_1"):

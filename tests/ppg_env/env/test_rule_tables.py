@@ -52,7 +52,7 @@ def test_tables_of_a_rule_are_read_back_exactly():
         ("[randomize]\nlamb = 1", "randomize.lamb: is an unknown key.*did you mean 'lam'"),
         ("[randomize]\nlam = 0.5", "randomize.lam: is 0.5; write { uniform"),
         ("[randomize]\nlam = {}", "randomize.lam: is {}; write"),
-        ("[randomize]\nlam = { unifrom = [0, 1] }", "randomize.lam.unifrom: .*'uniform'"),
+        ("[randomize]\nlam = { uniformly = [0, 1] }", "randomize.lam.uniformly: .*'uniform'"),
         ("[randomize]\nlam = { uniform = 1 }", "randomize.lam: is uniform = 1; write"),
         ("[randomize]\nlam = { uniform = [1, 0] }", "randomize.lam.Uniform: is from 1.0 to 0.0"),
         ("[randomize]\nlam = { near = 1, choice = [1] }", "randomize.lam: has near and choice"),
