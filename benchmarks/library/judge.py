@@ -12,6 +12,7 @@ from benchmarks.library.provenance import provenance
 from benchmarks.library.record import CERTIFIED, Entry, Record, write_record
 from ppg_env.errors import InputError
 from ppg_env.game.plan import Profile, make_profile
+from ppg_env.support.read_file import read_text
 
 Verdict = dict[str, Any]
 
@@ -32,9 +33,10 @@ def read_plan_text(path: Path) -> Any:
     InputError
         If there is no such file, or it is not JSON.
     """
+    text = read_text(path)
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(
             str(path), f"cannot be read as JSON ({error})", "write arrival and controls, as in docs"
         ) from None

@@ -22,10 +22,11 @@ from baselines.deviations import check_deviation
 from baselines.pretrained import PLAYERS as PRETRAINED
 from baselines.pretrained import pretrained_file
 from benchmarks.comparison.players import FILE, check_arena, chosen_player, find_player
-from ppg_env.errors import InputError, require
+from ppg_env.errors import require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game
+from ppg_env.support.read_file import read_bytes
 from solvers.planner_options import PlannerOptions
 
 FORMAT = 3
@@ -131,12 +132,9 @@ class Cell(PlannerOptions):
             path = Path(self.player)
         else:
             return None
-        try:
-            return hashlib.sha256(path.read_bytes()).hexdigest()
-        except OSError as error:
-            raise InputError(
-                self.player, f"cannot be read ({error.strerror})", "check the path"
-            ) from None
+        from solvers.feedback.grid.policy_file import LARGEST
+
+        return hashlib.sha256(read_bytes(path, LARGEST)).hexdigest()
 
 
 def _addressed(game: Game) -> dict[str, Any]:

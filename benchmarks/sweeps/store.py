@@ -164,12 +164,13 @@ class Store:
         Returns their number.
         """
         require(Path(other).is_file(), str(other), "does not exist", "check the path")
-        stored, complete = self.addresses(), self.addresses(failed=False)
+        reasons = {entries[0]: entries[REASON] for entries in self._select("")}
         copied = 0
         with Store(other) as source, self._transaction():
             for entries in source._select(""):
-                known = complete if entries[REASON] is None else stored
-                if entries[0] not in known:
+                failed_here = reasons.get(entries[0]) is not None
+                better = failed_here and entries[REASON] is None
+                if better or entries[0] not in reasons:
                     self._insert(entries)
                     copied += 1
         return copied

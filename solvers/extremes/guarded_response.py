@@ -130,7 +130,7 @@ def _guarded(program: FixedProgram, guard: Guard) -> FixedProgram:
 
 
 def _nowhere(guard: Guard) -> Plan:
-    """Return a placeholder of the other agent: at the origin until it arrives."""
+    """Return a plan of the other agent that counts for nothing: at the origin until it arrives."""
     game = guard.game
     agent = game.agents[1 - guard.agent]
     controls = np.zeros((game.horizon, agent.control_dim))
