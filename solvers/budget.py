@@ -37,9 +37,14 @@ class Budget:
         return self.late or (self.nodes is not None and self.used >= self.nodes)
 
     @property
+    def time_used(self) -> float:
+        """Part of the time limit that is used up, 0 to 1; 0 without one."""
+        return 0.0 if self.limit is None else self.spent / max(self.limit, self.spent, 1e-9)
+
+    @property
     def fraction_used(self) -> float:
         """Part of the limits that is used up, 0 to 1; 0 without limits."""
-        time = 0.0 if self.limit is None else self.spent / max(self.limit, self.spent, 1e-9)
+        time = self.time_used
         work = 0.0 if not self.nodes else min(self.used / self.nodes, 1.0)
         return max(time, work)
 

@@ -35,6 +35,9 @@ AGILITIES = (4, 2, 8)
 PACES = (1.0, 1.25, 1.5, 2.0)
 """Times in which ways are followed, in those that they take, for agents with inertia."""
 
+ENOUGH_TIME = 0.1
+"""Part of the time after which the first of them suffice."""
+
 MARGIN = 2.0
 """Room around starts, goals and bodies, in sizes of the largest body."""
 
@@ -58,6 +61,8 @@ def find_joint_plans(subproblem: Subproblem, budget: Budget) -> PricedProfile | 
                 if plans is not None:
                     best = plans if best is None or plans.value < best.value else best
                     break
+            if best is not None and budget.time_used > ENOUGH_TIME:
+                break
         if best is not None or budget.out:
             break
     return best

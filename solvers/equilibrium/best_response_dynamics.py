@@ -34,7 +34,7 @@ from solvers.dispatch import ENGINE, check_solver, minimise
 from solvers.engine.joint_plans import find_joint_plans
 from solvers.engine.presolve import Subproblem
 from solvers.equilibrium.attempts import Attempts
-from solvers.equilibrium.dynamics_run import FIRST_EFFORT, DynamicsRun
+from solvers.equilibrium.dynamics_run import FIRST_EFFORT, DynamicsRun, Purpose
 from solvers.equilibrium.start_profile import Entry, default_entries
 from solvers.equilibrium.update_order import check_order
 from solvers.liability import Liability, make_rule
@@ -51,8 +51,11 @@ POTENTIAL_EFFORT = 50_000
 BEFORE_WAYS = 2
 """Starts that are tried before ways of all agents past each other are looked for."""
 
-WAYS_SHARE = 0.4
+WAYS_SHARE = 0.25
 """Part of the time limit that the entry in these starts may take among walls."""
+
+PROOF = Purpose()
+"""Dynamics that end with an equilibrium and its proof."""
 
 
 @in_units_of_the_game
@@ -128,18 +131,19 @@ def run_dynamics(
     max_sweeps: int = 50,
     seed: int = 0,
     progress: Callable[[Update], None] | None = None,
-    jointly: bool = True,
-    thorough: bool = True,
+    purpose: Purpose = PROOF,
 ) -> Solution:
     """Run :func:`best_response_dynamics` under a rule, for options that were checked.
 
-    ``jointly`` allows the search for the least potential, if no other start helps.  Unless it is
-    ``thorough``, the run ends with plans whose regrets are hard to prove.
+    A run for plans that has only a ``share`` of the time enters as one that has all of it.
     """
+    deadline = _deadline(rule, budget)
+    if budget.limit is not None:
+        budget = Budget(purpose.share * budget.limit - budget.spent, budget.nodes)
 
     def run(entry: Entry, effort: int | None, deadline: float | None = None) -> Solution:
         dynamics = DynamicsRun(
-            rule, order, tolerance, solver, budget, seed, progress, thorough, deadline
+            rule, order, tolerance, solver, budget, seed, progress, purpose, deadline
         )
         return dynamics.run(entry, max_sweeps, most=effort)
 
@@ -156,13 +160,13 @@ def run_dynamics(
             if effort > FIRST_EFFORT and attempts.excluded(entry):
                 continue
             before_ways = effort == FIRST_EFFORT and number < BEFORE_WAYS
-            solution = run(entry, effort, _deadline(rule, budget) if before_ways else None)
+            solution = run(entry, effort, deadline if before_ways else None)
             if solution.profile is not None or not _may_be_mended(solution):
                 return solution
             attempts.add(entry, solution)
             if budget.out:
                 return attempts.stopped()
-    least = _least_potential(rule, solver, budget) if jointly else None
+    least = _least_potential(rule, solver, budget) if purpose.jointly else None
     if least is not None and least.profile is not None:
         return run(Entry(least.profile), None)
     return attempts.failed(least)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,6 +30,28 @@ UNPROVED_EFFORT = 8000
 REFINE_AFTER = 3
 """Sweeps after which plans are refined in between: by then only details change."""
 
+EARLY_PART = 0.5
+"""Part of the time left that one sweep of :data:`FIRST_EFFORT` may take: if it is short, several
+sweeps gain more than the best responses of one."""
+
+
+@dataclass(frozen=True)
+class Purpose:
+    """What the plans of best-response dynamics are for.
+
+    Attributes
+    ----------
+    jointly : whether the least potential is searched for, if no other start helps.
+    thorough : whether regrets are proved; otherwise the run ends with plans whose proof is hard.
+    share : part of the time limit after which the run ends.
+    accept : called with every feasible profile of all agents.
+    """
+
+    jointly: bool = True
+    thorough: bool = True
+    share: float = 1.0
+    accept: Callable[[Profile], None] | None = None
+
 
 class DynamicsRun:
     """State of one run: the proofs of regret, and the trace."""
@@ -42,12 +65,12 @@ class DynamicsRun:
         budget: Budget,
         seed: int,
         progress: Callable[[Update], None] | None,
-        thorough: bool,
+        purpose: Purpose,
         deadline: float | None = None,
     ) -> None:
         self.rule, self.game, self.order, self.tolerance = rule, rule.game, order, tolerance
         self.solver, self.budget, self.progress = solver, budget, progress
-        self.thorough, self.deadline = thorough, deadline
+        self.purpose, self.deadline = purpose, deadline
         self.random = np.random.default_rng(seed)
         self.trace: list[Update] = []
         self.tidy = False
@@ -79,7 +102,7 @@ class DynamicsRun:
             if not self.changed and not self.tidy:
                 profile = self._tidied(profile)
             elif not self.changed:
-                unproved = not self.thorough and (effort or 0) >= UNPROVED_EFFORT
+                unproved = not self.purpose.thorough and (effort or 0) >= UNPROVED_EFFORT
                 if (
                     effort is None
                     or unproved
@@ -104,6 +127,8 @@ class DynamicsRun:
             child = self.budget.child(effort)
             if self.deadline is not None and child.limit is not None and i in pending:
                 child.limit = min(child.limit, max(self.deadline - self.budget.spent, 0.0))
+            elif effort == FIRST_EFFORT and child.limit is not None and not pending:
+                child.limit *= EARLY_PART / len(profile)
             response = respond(self.rule, i, profile, self.solver, child)
             self.budget.charge(child)
             stopped = child.late or self.budget.out
@@ -171,6 +196,8 @@ class DynamicsRun:
         potential = float("nan") if objective is None else evaluation.weighted(objective)
         if not (complete and evaluation.feasible):
             potential = float("inf")
+        elif self.purpose.accept is not None:
+            self.purpose.accept(profile)
         for i, (before, after) in costs.items():
             self.trace.append(Update(sweep, i, before, after, potential))
             if self.progress is not None:

@@ -24,6 +24,7 @@ from solvers.dispatch import minimise
 from solvers.engine.refine import refine
 from solvers.equilibrium.best_response import respond
 from solvers.equilibrium.best_response_dynamics import run_dynamics
+from solvers.equilibrium.dynamics_run import Purpose
 from solvers.equilibrium.start_profile import absent_plan
 from solvers.liability import Liability, make_rule
 from solvers.pricing import PricedProfile, price_profile
@@ -40,6 +41,9 @@ CYCLES = 3
 
 COOLING = 20
 """Rounds per agent over which the heat falls to zero, sooner if a limit comes first."""
+
+UNPROVED = Purpose(thorough=False)
+"""Best responses whose proof is not needed."""
 
 QUIET = 5
 """Rounds per agent without heat, after pairs were planned jointly."""
@@ -110,7 +114,7 @@ class _Descent:
             runs.append(self._respond_in_turn(rule, share, max_sweeps=SWEEPS))
         first = runs[0]
         if first.profile is not None and first.status is not Status.EQUILIBRIUM:
-            self._respond_in_turn(rules[0], share, start=first.profile, thorough=False)
+            self._respond_in_turn(rules[0], share, start=first.profile, purpose=UNPROVED)
 
     def _respond_in_turn(self, rule: Liability, share: Budget, **options: Any) -> Solution:
         """Accept the plans of best responses, by default from the best profile so far."""

@@ -26,6 +26,7 @@ from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.equilibrium.best_response import explain
 from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.certificate import certify
+from solvers.equilibrium.dynamics_run import Purpose
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.pair_bound import pair_bound
@@ -49,11 +50,12 @@ MOST_DIRECT = 3
 FIRST_SWEEPS = 2
 """Sweeps of best responses that make the first plans of the exact search."""
 
-EQUILIBRIUM_SWEEPS = 6
-"""Sweeps of selfish best responses for plans of an equilibrium, without its proof."""
+EQUILIBRIUM_SWEEPS, MOST_SWEEPS = 6, 50
+"""Sweeps of selfish best responses for plans of an equilibrium, without its proof; the same among
+walls if a time limit ends them."""
 
-EQUILIBRIUM_SHARE = 0.5
-"""Part of the time limit that they may take."""
+EQUILIBRIUM_SHARE, WALLED_SHARE = 0.5, 0.6
+"""Part of the time limit that they may take, and the same among walls."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -169,34 +171,57 @@ def _first_plans(rule: Liability, walled: bool, budget: Budget) -> Profile | Non
     """
     if len(rule.game.agents) <= MOST_DIRECT and not walled:
         return None
-    selfish = _equilibrium_plans(rule.game, budget) if walled else None
-    if walled and (selfish is None or budget.out or rule.charge == "selfish"):
-        return selfish
-    share, potential = Budget(budget.left), rule.potential
-    dynamics = run_dynamics(
-        rule, ENGINE, share, start=selfish, max_sweeps=FIRST_SWEEPS, jointly=False
+    best = _Cheapest(rule.potential)
+    if walled:
+        best.accept(_equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept))
+        if best.profile is None or budget.out or rule.charge == "selfish":
+            return best.profile
+    best.accept(
+        run_dynamics(
+            rule,
+            ENGINE,
+            Budget(budget.left),
+            start=best.profile,
+            max_sweeps=FIRST_SWEEPS,
+            purpose=Purpose(jointly=False, accept=best.accept),
+        ).profile
     )
-    if selfish is None:
-        return dynamics.profile
-    assert potential is not None
-    known = [plans for plans in (dynamics.profile, selfish) if plans is not None]
-    priced = [p for plans in known if (p := price_profile(potential, plans)) is not None]
-    return min(priced, key=lambda plans: plans.value).profile if priced else None
+    return best.profile
 
 
-def _equilibrium_plans(game: Game, budget: Budget) -> Profile | None:
-    """Return the plans of an equilibrium without its proof, if some are found."""
-    seconds = None if budget.left is None else EQUILIBRIUM_SHARE * budget.left
-    rule = make_rule(game, "selfish")
-    dynamics = run_dynamics(
-        rule,
+def _equilibrium_plans(
+    game: Game,
+    budget: Budget,
+    share: float = EQUILIBRIUM_SHARE,
+    most_sweeps: int = EQUILIBRIUM_SWEEPS,
+    accept: Callable[[Profile], None] | None = None,
+) -> Profile | None:
+    """Return the plans of an equilibrium without its proof, if some are found.
+
+    They are those of the dynamics with the same time limit, of which they take a ``share``.
+    """
+    return run_dynamics(
+        make_rule(game, "selfish"),
         ENGINE,
-        Budget(seconds),
-        max_sweeps=EQUILIBRIUM_SWEEPS,
-        jointly=False,
-        thorough=False,
-    )
-    return dynamics.profile
+        Budget(budget.left),
+        max_sweeps=EQUILIBRIUM_SWEEPS if budget.limit is None else most_sweeps,
+        purpose=Purpose(False, False, share, accept),
+    ).profile
+
+
+class _Cheapest:
+    """The cheapest of the profiles that it accepts."""
+
+    def __init__(self, objective: Objective | None) -> None:
+        assert objective is not None
+        self._objective, self._value = objective, float("inf")
+        self.profile: Profile | None = None
+
+    def accept(self, profile: Profile | None) -> None:
+        """Keep a profile if it costs less than those before."""
+        priced = None if profile is None else price_profile(self._objective, profile)
+        if priced is not None and priced.value < self._value:
+            self.profile, self._value = priced.profile, priced.value
 
 
 def _approximate(
