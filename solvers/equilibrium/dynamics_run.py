@@ -127,8 +127,9 @@ class DynamicsRun:
             child = self.budget.child(effort)
             if self.deadline is not None and child.limit is not None and i in pending:
                 child.limit = min(child.limit, max(self.deadline - self.budget.spent, 0.0))
-            elif effort == FIRST_EFFORT and child.limit is not None and not pending:
-                child.limit *= EARLY_PART / len(profile)
+            elif effort == FIRST_EFFORT and self.budget.limit is not None and not pending:
+                left = self.budget.limit / self.purpose.share - self.budget.spent
+                child.limit = min(child.limit or 0.0, EARLY_PART * left / len(profile))
             response = respond(self.rule, i, profile, self.solver, child)
             self.budget.charge(child)
             stopped = child.late or self.budget.out

@@ -141,7 +141,7 @@ def _minimise_potential(
         result = _approximate(rule, potential, budget, seed, on_progress)
     else:
         walled = len(agents) > 1 and any(has_walls(game, i) for i in agents)
-        first = _first_plans(rule, walled, budget) if solver == ENGINE else None
+        first = _first_plans(rule, walled, budget, on_progress) if solver == ENGINE else None
 
         def advise() -> Profile | None:
             return None if walled else _equilibrium_plans(game, budget)
@@ -163,7 +163,9 @@ def _minimise_potential(
     )
 
 
-def _first_plans(rule: Liability, walled: bool, budget: Budget) -> Profile | None:
+def _first_plans(
+    rule: Liability, walled: bool, budget: Budget, on_progress: OnProgress
+) -> Profile | None:
     """Return plans by best responses, where the exact search may take long to find some.
 
     Among walls, selfish responses come first, so that no result costs more than an equilibrium.
@@ -171,7 +173,7 @@ def _first_plans(rule: Liability, walled: bool, budget: Budget) -> Profile | Non
     """
     if len(rule.game.agents) <= MOST_DIRECT and not walled:
         return None
-    best = _Cheapest(rule.potential)
+    best = _Cheapest(rule.potential, on_progress)
     if walled:
         best.accept(_equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept))
         if best.profile is None or budget.out or rule.charge == "selfish":
@@ -212,9 +214,9 @@ def _equilibrium_plans(
 class _Cheapest:
     """The cheapest of the profiles that it accepts."""
 
-    def __init__(self, objective: Objective | None) -> None:
+    def __init__(self, objective: Objective | None, on_progress: OnProgress) -> None:
         assert objective is not None
-        self._objective, self._value = objective, float("inf")
+        self._objective, self._value, self._on_progress = objective, float("inf"), on_progress
         self.profile: Profile | None = None
 
     def accept(self, profile: Profile | None) -> None:
@@ -222,6 +224,7 @@ class _Cheapest:
         priced = None if profile is None else price_profile(self._objective, profile)
         if priced is not None and priced.value < self._value:
             self.profile, self._value = priced.profile, priced.value
+            self._on_progress("value", priced.value)
 
 
 def _approximate(
