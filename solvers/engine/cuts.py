@@ -20,7 +20,7 @@ import numpy as np
 from solvers.budget import Budget
 from solvers.engine.branch_and_bound import BranchAndBound, Cut
 from solvers.engine.fixed_arrival_lp import FixedProgram
-from solvers.engine.presolve import Subproblem, presolve_encounters
+from solvers.engine.presolve import PresolvedEncounter, Subproblem, presolve_encounters
 from solvers.engine.symmetry import Symmetry
 
 PATIENCE = 500
@@ -45,7 +45,11 @@ class CutPool:
     def __init__(
         self, subproblem: Subproblem, symmetries: Sequence[Symmetry], budget: Budget
     ) -> None:
-        self._subproblem, self._symmetries, self._budget = _losses(subproblem), symmetries, budget
+        self._subproblem, self._symmetries, self._budget = (
+            losses_alone(subproblem),
+            symmetries,
+            budget,
+        )
         self._used_before, self._used_by_cuts = budget.used, 0
         self._values: dict[tuple[Part, PartArrivals], float] = {}
         self.parts = _triples(subproblem) or _obstacle_parts(subproblem)
@@ -79,15 +83,11 @@ class CutPool:
         if presolved is None:
             return inf
 
-        def make() -> FixedProgram:
-            return FixedProgram(self._subproblem, arrivals, presolved)
-
         child = self._budget.child(MOST_NODES)
-        tree = BranchAndBound(make, 0.0, inf, child, _estimate)
-        tree.search(inf)
+        bound = bound_of_losses(self._subproblem, arrivals, presolved, inf, child)
         self._budget.charge(child)
         self._used_by_cuts += child.used
-        return tree.bound - SLACK * max(1.0, tree.bound) if np.isfinite(tree.bound) else tree.bound
+        return bound
 
 
 @dataclass(frozen=True)
@@ -108,12 +108,29 @@ class CutsAtArrivals:
             yield Cut(part, self.pool.value(part, self.arrivals))
 
 
+def bound_of_losses(
+    subproblem: Subproblem,
+    arrivals: Mapping[int, int],
+    presolved: Sequence[PresolvedEncounter],
+    upper: float,
+    budget: Budget,
+) -> float:
+    """Return a lower bound on the weighted losses of presolved encounters, at most ``upper``."""
+
+    def make() -> FixedProgram:
+        return FixedProgram(subproblem, arrivals, presolved)
+
+    tree = BranchAndBound(make, 0.0, upper, budget, _estimate)
+    tree.search(upper)
+    return tree.bound - SLACK * max(1.0, tree.bound) if np.isfinite(tree.bound) else tree.bound
+
+
 def _estimate(program: FixedProgram, point: np.ndarray, estimate: float, spare: float) -> float:
     """Return the LP value: a partial profile cannot be evaluated."""
     return estimate
 
 
-def _losses(subproblem: Subproblem) -> Subproblem:
+def losses_alone(subproblem: Subproblem) -> Subproblem:
     """Return the subproblem without efforts: cuts are bounds on losses alone."""
     losses = replace(subproblem.objective, effort=np.zeros(len(subproblem.game.agents)))
     return Subproblem(losses, subproblem.movers, subproblem.given)

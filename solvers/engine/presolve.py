@@ -76,25 +76,34 @@ class PresolvedEncounter:
 
 
 def presolve_encounters(
-    subproblem: Subproblem, encounters: Iterable[int], arrivals: Mapping[int, int]
+    subproblem: Subproblem,
+    encounters: Iterable[int],
+    arrivals: Mapping[int, int],
+    counted: Mapping[int, int] | None = None,
 ) -> list[PresolvedEncounter] | None:
     """Return :func:`presolve_encounter` of several encounters; None if one is infeasible."""
     results = [
-        presolve_encounter(subproblem.game, e, arrivals, subproblem.given) for e in encounters
+        presolve_encounter(subproblem.game, e, arrivals, subproblem.given, counted)
+        for e in encounters
     ]
     feasible = [result for result in results if result is not None]
     return feasible if len(feasible) == len(results) else None
 
 
 def presolve_encounter(
-    game: Game, index: int, arrivals: Mapping[int, int], given: Mapping[int, Plan]
+    game: Game,
+    index: int,
+    arrivals: Mapping[int, int],
+    given: Mapping[int, Plan],
+    counted: Mapping[int, int] | None = None,
 ) -> PresolvedEncounter | None:
     """Presolve encounter ``index`` for movers that arrive at ``arrivals``; others are ``given``.
 
+    The encounter is in traffic as if they arrived at ``counted``, which is ``arrivals`` by default.
     The result is None if the reachable sets exclude that the bodies keep apart.
     """
-    encounter = game.encounters[index]
-    planned = {i: arrivals[i] if i in arrivals else given[i].arrival for i in encounter.agents}
+    encounter, ends = game.encounters[index], arrivals if counted is None else counted
+    planned = {i: ends[i] if i in ends else given[i].arrival for i in encounter.agents}
     low, high = _clearances(game, encounter, arrivals, given, instants(game, encounter, planned))
     return presolve_within(game, index, rests(game, encounter, planned), low, high)
 

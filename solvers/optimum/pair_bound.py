@@ -9,6 +9,9 @@ a choice of one arrival per agent under costs of pairs.  Its linear relaxation (
 arrival and per pair of arrivals, with equal marginals) divides every agent's time optimally among
 its pairs, and is a bound itself; the integer program is a better one.
 
+Where pairs are settled, cores of more agents (:mod:`solvers.optimum.cores`) add their losses, as
+long as time lasts.
+
 Values count as zero until they are needed, and arrivals far beyond the earliest are one state
 that costs its time alone: both only lower the bound.
 """
@@ -28,6 +31,7 @@ from solvers.budget import Budget
 from solvers.engine.cuts import CutPool
 from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import symmetries
+from solvers.optimum.cores import Core, CoreSearch
 
 STATES = 6
 """Arrivals that are distinguished per agent: STATES - 1, and `later`."""
@@ -59,11 +63,15 @@ class _PairProgram:
     def __init__(self, objective: Objective, budget: Budget) -> None:
         self._game, self._objective, self._budget = objective.game, objective, budget
         agents = tuple(range(len(self._game.agents)))
-        subproblem = Subproblem(objective, agents, {})
-        self._cuts = CutPool(subproblem, symmetries(objective), budget)
+        subproblem, images = Subproblem(objective, agents, {}), symmetries(objective)
+        self._cuts = CutPool(subproblem, images, budget)
         self._first = [earliest_way(self._game, i) for i in agents]
         self._edges = [e for e in subproblem.encounters if objective.encounter[e] > 0]
         self._values: dict[PairStates, float] = {}
+        self._excess: dict[int, float] = {}
+        first, last = ([self._time(i, s) for i in agents] for s in (0, STATES - 1))
+        self._search = CoreSearch(objective, images, first, last, budget)
+        self._cores: set[Core] = set()
 
     def solve(self, on_progress: Callable[[float], None]) -> float:
         """Return the bound of the relaxation, then of the integer program, within the budget."""
@@ -80,13 +88,24 @@ class _PairProgram:
                     best = bound
                     on_progress(best)
                 missing = [pair for pair in used if pair not in self._values]
-                if not missing:
+                if not missing and not (integral and self._add_cores(used)):
                     break
                 for pair in missing:
                     if self._budget.out:
                         return best
                     self._values[pair] = self._value(*pair)
         return best
+
+    def _add_cores(self, used: list[PairStates]) -> bool:
+        """Add the cores that the pairs of states in a solution violate; return whether any is."""
+        encounters, arrivals = self._game.encounters, [t or 0 for t in self._first]
+        for e, states in used:
+            for i, state in zip(encounters[e].agents, states, strict=True):
+                arrivals[i] = self._time(i, state)
+        losses = {e: self._values[e, states] + self._excess.get(e, 0.0) for e, states in used}
+        cores = self._search.violated(arrivals, losses) - self._cores
+        self._cores |= cores
+        return bool(cores)
 
     def _time(self, i: int, state: int) -> int:
         """Return the arrival of agent i in a state."""
@@ -111,36 +130,55 @@ class _PairProgram:
             float(self._objective.time[i]) * self._time(i, s)
             for i, s in product(agents, range(STATES))
         ]
-        costs += [self._values.get(pair, 0.0) for pair in pairs]
+        costs += [self._values.get(pair, 0.0) for pair in pairs] + [1.0] * len(self._edges)
         seconds = PATIENCE if self._budget.left is None else min(PATIENCE, self._budget.left)
         answer: OptimizeResult = milp(
             np.array(costs),
-            integrality=np.repeat([int(integral), 0], [count, len(pairs)]),
-            bounds=Bounds(0, 1),
+            integrality=np.repeat([int(integral), 0], [count, len(costs) - count]),
+            bounds=Bounds(0, np.repeat([1, np.inf], [count + len(pairs), len(self._edges)])),
             constraints=self._constraints(columns),
             options={"time_limit": max(seconds, 0.01)},
         )
         bound = answer.mip_dual_bound if integral else answer.fun
         if bound is None or answer.x is None:
             return None
+        self._excess = dict(zip(self._edges, answer.x[count + len(pairs) :], strict=True))
         used = [pair for pair, column in columns.items() if answer.x[column] > 1e-6]
         return float(bound) - 1e-7 * max(1.0, abs(float(bound))), used
 
     def _constraints(self, columns: dict[PairStates, int]) -> LinearConstraint:
-        """Return that each agent is in one state, and that pairs have equal marginals."""
+        """Return that agents are in one state, pairs have equal marginals, and what cores lose."""
         agents = range(len(self._game.agents))
-        rows = [([(i * STATES + s, 1.0) for s in range(STATES)], 1.0) for i in agents]
+        rows = [([(i * STATES + s, 1.0) for s in range(STATES)], 1.0, 1.0) for i in agents]
         for e in self._edges:
             for k, i in enumerate(self._game.encounters[e].agents):
                 for s in range(STATES):
                     marginal = [(columns[e, st], 1.0) for st in self._states(e) if st[k] == s]
-                    rows.append(([*marginal, (i * STATES + s, -1.0)], 0.0))
-        entries = [(n, column, value) for n, (row, _) in enumerate(rows) for column, value in row]
+                    rows.append(([*marginal, (i * STATES + s, -1.0)], 0.0, 0.0))
+        rows += [(self._core_row(core, columns), core.least, np.inf) for core in self._cores]
+        entries = [(n, column, v) for n, (row, *_) in enumerate(rows) for column, v in row]
         numbers, places, values = zip(*entries, strict=True)
-        shape = len(rows), len(agents) * STATES + len(columns)
+        shape = len(rows), len(agents) * STATES + len(columns) + len(self._edges)
         matrix = coo_array((values, (numbers, places)), shape=shape)
-        right = [value for _, value in rows]
-        return LinearConstraint(matrix.tocsc(), right, right)
+        return LinearConstraint(matrix.tocsc(), *np.array([row[1:] for row in rows]).T)
+
+    def _core_row(self, core: Core, columns: dict[PairStates, int]) -> list[tuple[int, float]]:
+        """Return the row of a core: its losses, and its agents that arrive later."""
+        group = {i for i, _ in core.latest}
+        row = [
+            (i * STATES + s, core.least)
+            for i, latest in core.latest
+            for s in range(STATES)
+            if self._time(i, s) > latest or s == STATES - 1
+        ]
+        first_excess = len(self._game.agents) * STATES + len(columns)
+        for n, e in enumerate(self._edges):
+            if group.issuperset(self._game.encounters[e].agents):
+                row.append((first_excess + n, 1.0))
+                for states in self._states(e):
+                    value = min(self._values.get((e, states), 0.0), core.least)
+                    row.append((columns[e, states], value))
+        return row
 
     def _states(self, e: int) -> list[tuple[int, ...]]:
         return list(product(range(STATES), repeat=len(self._game.encounters[e].agents)))
