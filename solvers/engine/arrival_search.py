@@ -107,6 +107,8 @@ def engine_search(
             earliest[mover], incumbent = ways.earliest, ways.plans
             if incumbent is None and not budget.out:
                 incumbent = find_joint_plans(subproblem, budget)
+            if incumbent is not None:
+                on_progress("value", incumbent.value)
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress, advise)
     return search.run(earliest)
 

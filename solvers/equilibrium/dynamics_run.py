@@ -45,12 +45,14 @@ class Purpose:
     thorough : whether regrets are proved; otherwise the run ends with plans whose proof is hard.
     share : part of the time limit after which the run ends.
     accept : called with every feasible profile of all agents.
+    effort : linear programs for one response in the first sweeps.
     """
 
     jointly: bool = True
     thorough: bool = True
     share: float = 1.0
     accept: Callable[[Profile], None] | None = None
+    effort: int = FIRST_EFFORT
 
 
 class DynamicsRun:
@@ -85,7 +87,7 @@ class DynamicsRun:
         """
         profile, pending = start_profile(self.rule, entry.start)
         visited = {profile}
-        effort: int | None = FIRST_EFFORT
+        effort: int | None = self.purpose.effort
         for sweep in range(1, max_sweeps + 1):
             before, self.changed = profile, False
             order = self.order if sweep > 1 or entry.order is None else entry.order

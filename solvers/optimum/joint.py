@@ -24,13 +24,11 @@ from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise, tidied
 from solvers.equilibrium.best_response import explain
-from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.certificate import certify
-from solvers.equilibrium.dynamics_run import Purpose
 from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
+from solvers.optimum.first_plans import equilibrium_plans, first_plans
 from solvers.optimum.pair_bound import pair_bound
-from solvers.pricing import price_profile
 from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Solution, Status
 from solvers.units import in_units_of_the_game
@@ -43,19 +41,6 @@ CERTIFICATE_SHARE = 0.15
 
 MOST_EXACT = 5
 """With more agents than this, optima are approximated and bounded, not proved."""
-
-MOST_DIRECT = 3
-"""Up to this number of agents, the exact search finds its first plans quickly without walls."""
-
-FIRST_SWEEPS = 2
-"""Sweeps of best responses that make the first plans of the exact search."""
-
-EQUILIBRIUM_SWEEPS, MOST_SWEEPS = 6, 50
-"""Sweeps of selfish best responses for plans of an equilibrium, without its proof; the same among
-walls if a time limit ends them."""
-
-EQUILIBRIUM_SHARE, WALLED_SHARE = 0.5, 0.6
-"""Part of the time limit that they may take, and the same among walls."""
 
 APPROXIMATE = (
     "found by neighbourhood search and bounded by pairs: the gap is proved, the optimum is not"
@@ -137,14 +122,15 @@ def _minimise_potential(
     assert potential is not None
     solver, agents = check_solver(solver), tuple(range(len(game.agents)))
     on_progress = progress or (lambda what, value: None)
+    on_value = partial(on_progress, "value")
     if len(agents) > MOST_EXACT and solver == ENGINE:
         result = _approximate(rule, potential, budget, seed, on_progress)
     else:
         walled = len(agents) > 1 and any(has_walls(game, i) for i in agents)
-        first = _first_plans(rule, walled, budget, on_progress) if solver == ENGINE else None
+        first = first_plans(rule, walled, budget, on_value) if solver == ENGINE else None
 
         def advise() -> Profile | None:
-            return None if walled else _equilibrium_plans(game, budget)
+            return None if walled else equilibrium_plans(game, budget).profile
 
         result = minimise(potential, agents, first, solver, budget, on_progress, advise)
     result = tidied(potential, agents, result)
@@ -161,70 +147,6 @@ def _minimise_potential(
         result.bound,
         seconds=budget.spent,
     )
-
-
-def _first_plans(
-    rule: Liability, walled: bool, budget: Budget, on_progress: OnProgress
-) -> Profile | None:
-    """Return plans by best responses, where the exact search may take long to find some.
-
-    Among walls, selfish responses come first, so that no result costs more than an equilibrium.
-    Elsewhere the search asks for them once it has become long.
-    """
-    if len(rule.game.agents) <= MOST_DIRECT and not walled:
-        return None
-    best = _Cheapest(rule.potential, on_progress)
-    if walled:
-        best.accept(_equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept))
-        if best.profile is None or budget.out or rule.charge == "selfish":
-            return best.profile
-    best.accept(
-        run_dynamics(
-            rule,
-            ENGINE,
-            Budget(budget.left),
-            start=best.profile,
-            max_sweeps=FIRST_SWEEPS,
-            purpose=Purpose(jointly=False, accept=best.accept),
-        ).profile
-    )
-    return best.profile
-
-
-def _equilibrium_plans(
-    game: Game,
-    budget: Budget,
-    share: float = EQUILIBRIUM_SHARE,
-    most_sweeps: int = EQUILIBRIUM_SWEEPS,
-    accept: Callable[[Profile], None] | None = None,
-) -> Profile | None:
-    """Return the plans of an equilibrium without its proof, if some are found.
-
-    They are those of the dynamics with the same time limit, of which they take a ``share``.
-    """
-    return run_dynamics(
-        make_rule(game, "selfish"),
-        ENGINE,
-        Budget(budget.left),
-        max_sweeps=EQUILIBRIUM_SWEEPS if budget.limit is None else most_sweeps,
-        purpose=Purpose(False, False, share, accept),
-    ).profile
-
-
-class _Cheapest:
-    """The cheapest of the profiles that it accepts."""
-
-    def __init__(self, objective: Objective | None, on_progress: OnProgress) -> None:
-        assert objective is not None
-        self._objective, self._value, self._on_progress = objective, float("inf"), on_progress
-        self.profile: Profile | None = None
-
-    def accept(self, profile: Profile | None) -> None:
-        """Keep a profile if it costs less than those before."""
-        priced = None if profile is None else price_profile(self._objective, profile)
-        if priced is not None and priced.value < self._value:
-            self.profile, self._value = priced.profile, priced.value
-            self._on_progress("value", priced.value)
 
 
 def _approximate(
