@@ -4,7 +4,8 @@
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
 study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
 the table of the paper's claims with the verdicts in FILE, and their definitions;
-``{library-records}`` says what the records of the instance library say;
+``{library-records}`` says what the records of the instance library say; ``{measurements} FILE``
+what a suite of ``ppg bench`` has measured;
 ``{claims-compared} FILE FILE`` the verdicts of two runs next to each other.
 """
 
@@ -86,6 +87,27 @@ class LibraryRecords(SphinxDirective):
         return self.parse_text_to_nodes("\n\n".join((words, *tables)))
 
 
+class Measurements(SphinxDirective):
+    """The measurements that ``ppg bench SUITE --json`` has stored in a file."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Build the table."""
+        import json
+
+        from benchmarks.studies.markdown import markdown_table
+
+        path = Path(__file__).parent / self.arguments[0]
+        self.env.note_dependency(str(path))
+        stored = json.loads(path.read_text("utf-8"))
+        rows = [
+            (row["what"], f"{row['value']:.2g}", f"{row['target']:g}")
+            for row in stored["measurements"]
+        ]
+        return self.parse_text_to_nodes(markdown_table(("what", "measured", "asked"), rows))
+
+
 class Claims(SphinxDirective):
     """The paper's claims and their verdicts, from the output of ``ppg reproduce --json``."""
 
@@ -150,6 +172,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("commands", Commands)
     app.add_directive("study", StudyResults)
     app.add_directive("library-records", LibraryRecords)
+    app.add_directive("measurements", Measurements)
     app.add_directive("claims", Claims)
     app.add_directive("claims-compared", ComparedClaims)
     return {"parallel_read_safe": True}

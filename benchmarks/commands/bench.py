@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 TITLES = {
     "planning": "Times in seconds",
     "engine": "The engine and MILP solvers, on one core",
+    "walls": "Plans among walls, in CPU seconds on one core",
     "many": "Many agents, on one core",
     "environment": "The environment, on one core",
     "learning": "PPO's training loop, on one core",
@@ -27,6 +28,7 @@ TITLES = {
 SUITES = {
     "planning": "benchmarks.speed.planning",
     "engine": "benchmarks.speed.engine",
+    "walls": "benchmarks.speed.walls",
     "many": "benchmarks.speed.many_agents",
     "environment": "benchmarks.speed.environment",
     "learning": "benchmarks.speed.training",
@@ -45,7 +47,7 @@ def bench(
     as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Measure planning, many agents, the environment, PPO, sweeps, risks, motion or feedback."""
+    """Measure plans, walls, crowds, the environment, PPO, sweeps, risks, motion or feedback."""
     from ppg_env.errors import require
 
     require(suite in SUITES, "suite", f"is {suite!r}", "write " + " or ".join(SUITES))

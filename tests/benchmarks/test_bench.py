@@ -16,6 +16,14 @@ def test_a_quick_run_measures_everything_once(ppg):
         assert part in text
 
 
+def test_first_plans_and_proofs_among_walls_are_measured(ppg):
+    rows = ppg("bench", "walls", "--quick", "--json").json["measurements"]
+    first, proof = rows
+    assert first["what"].endswith("first plans, s")
+    assert proof["what"].endswith("proof, s")
+    assert 0 < first["value"] <= proof["value"]
+
+
 @pytest.mark.slow
 def test_training_is_measured(ppg):
     rows = ppg("bench", "learning", "--quick", "--json").json["measurements"]
