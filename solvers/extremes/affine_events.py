@@ -47,11 +47,11 @@ def events_against(
     game: Game, i: int, plan: Plan, arrivals: Sequence[int], controls: Sequence[np.ndarray]
 ) -> tuple[list[Event], int]:
     """Return the same with agent ``i`` following ``plan``."""
-    return _mattering(game, timed_events_against(game, i, plan, arrivals[1 - i], controls))
+    return _mattering(game, timed_events_against(game, i, plan, arrivals[1 - i], controls[1 - i]))
 
 
 def timed_events_against(
-    game: Game, i: int, plan: Plan, arrival: int, controls: Sequence[np.ndarray]
+    game: Game, i: int, plan: Plan, arrival: int, controls: np.ndarray
 ) -> list[Event]:
     """Return the events at t = 0, 1, ... between ``plan`` of agent ``i`` and the other agent."""
     assert plan.arrival is not None
@@ -59,7 +59,7 @@ def timed_events_against(
     fixed = -plan.means[:count, : game.dim] @ directions_of(game, i).T
     none: tuple[dict[int, float], ...] = ({},) * fixed.shape[1]
     known = _Part([none] * count, fixed, fixed, fixed)
-    return _events(game, [known, _moving(game, j, arrival, controls[j])], count)
+    return _events(game, [known, _moving(game, j, arrival, controls)], count)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ class ArrivalVector:
         self, game: Game, arrivals: Sequence[int], epsilon: float, responses: ResponseLimits
     ) -> None:
         self.game, self.arrivals, self._epsilon = game, tuple(arrivals), epsilon
-        self._limits = [responses.of(i, arrivals[1 - i]) for i in (0, 1)]
+        self._responses = responses
         self._time = sum(a.lam * t for a, t in zip(game.agents, arrivals, strict=True))
         self._care = sum(1 - agent.lam for agent in game.agents)
         self.least = 0.0
@@ -84,10 +84,9 @@ class ArrivalVector:
 
     def limit(self) -> None:
         """Use what the agents pay at most in response to plans with these arrivals."""
-        for agent, limit, arrival in zip(
-            self.game.agents, self._limits, self.arrivals, strict=True
-        ):
-            losses = (limit.high - agent.lam * arrival) / (1 - agent.lam)
+        for i, agent in enumerate(self.game.agents):
+            high = self._responses.of(i, self.arrivals[1 - i]).high
+            losses = (high - agent.lam * self.arrivals[i]) / (1 - agent.lam)
             self.most = min(self.most, losses)
         if self.most < self.least - tol.AGREEMENT * max(1.0, self.least):
             self.most = -inf
@@ -108,7 +107,7 @@ class ArrivalVector:
     def _excludes(self, least: float, most: float, budget: Budget) -> bool:
         """Return whether no equilibrium is proved to lose from ``least`` to ``most``."""
         if self._proof is None:
-            self._proof = ArrivalsProof(self.game, self.arrivals, self._epsilon, self._limits)
+            self._proof = ArrivalsProof(self.game, self.arrivals, self._epsilon, self._responses)
         slack = tol.AGREEMENT * max(1.0, abs(least))
         rounds, nodes = self._efforts
         proved = self._proof.excludes(

@@ -17,7 +17,7 @@ from solvers.budget import Budget
 from solvers.extremes.guard import Guard
 from solvers.extremes.guarded_response import guarded_response
 from solvers.extremes.pair_program import PairProgram
-from solvers.extremes.response_limit import GAIN, ResponseLimit
+from solvers.extremes.response_limit import GAIN, ResponseLimits
 from solvers.extremes.rows import Outcome
 
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.0)
@@ -38,10 +38,10 @@ class ArrivalsProof:
         game: Game,
         arrivals: Sequence[int],
         epsilon: float,
-        limits: Sequence[ResponseLimit],
+        responses: ResponseLimits,
     ) -> None:
         self._game, self._arrivals, self._epsilon = game, tuple(arrivals), epsilon
-        self._limits = limits
+        self._responses = responses
         self._program = PairProgram(game, arrivals, epsilon)
         self._known: set[tuple[int, bytes]] = set()
         self.inequalities = 0
@@ -71,12 +71,12 @@ class ArrivalsProof:
         return False
 
     def _is_limited(self, losses: float, budget: Budget) -> bool:
-        """Return whether the response of one agent to any plan costs less than ``losses``."""
+        """Return whether some agent is proved to pay less than for ``losses``."""
         return any(
-            limit.shows(agent.lam * arrival + (1 - agent.lam) * losses - GAIN, budget)
-            for limit, agent, arrival in zip(
-                self._limits, self._game.agents, self._arrivals, strict=True
+            self._responses.of(i, self._arrivals[1 - i]).shows(
+                agent.lam * self._arrivals[i] + (1 - agent.lam) * losses - GAIN, budget
             )
+            for i, agent in enumerate(self._game.agents)
         )
 
     def _add(self, i: int, deviation: Plan | None) -> None:

@@ -30,28 +30,32 @@ EXCESS = 1e-4
 
 
 class HinderingPlans:
-    """Plans of the agent other than ``i`` that leave ``i`` no deviation that costs ``most``."""
+    """Plans of the other agent against which agent ``i`` pays more than ``most``.
+
+    Parameters
+    ----------
+    arrival : that of the other agent.
+    """
 
     def __init__(self, game: Game, i: int, arrival: int, most: float) -> None:
-        self._game, self._i, self._arrival, self._most = game, i, arrival, most
+        self.game, self.i, self.arrival, self.most = game, i, arrival, most
         self._rows, self._whole = Rows(), Guard.anywhere(game, i, arrival)
         self._columns = add_plans(self._rows, game, 1 - i, arrival)
         self._none = False
 
     def add(self, plan: Plan, near: np.ndarray | None = None) -> bool:
-        """Require that ``plan`` is hindered; return whether that excludes any plans.
+        """Require that ``plan`` of agent ``i`` is hindered.
 
-        ``near`` are its losses against plans that are to be excluded.
+        ``near`` are its losses against plans that are to be excluded; return whether they are.
         """
-        game, agent = self._game, self._game.agents[self._i]
+        game, agent = self.game, self.game.agents[self.i]
         assert plan.arrival is not None
-        room = (self._most - agent.lam * plan.arrival) / (1 - agent.lam)
+        room = (self.most - agent.lam * plan.arrival) / (1 - agent.lam)
         largest = self._whole.losses(plan)
         shares = loss_shares(game, largest, near, room)
         if shares is None:
             return False
-        controls = [self._columns, self._columns]
-        events = timed_events_against(game, self._i, plan, self._arrival, controls)
+        events = timed_events_against(game, self.i, plan, self.arrival, self._columns)
         limits = {
             t: events[t].units * largest_margin(game, float(shares[t]))
             for t in np.flatnonzero(largest > shares).tolist()
@@ -79,7 +83,7 @@ class HinderingPlans:
         outcome, point = self._rows.point(budget, nodes)
         if outcome is not Outcome.POINT:
             return outcome, None
-        agent = self._game.agents[1 - self._i]
-        controls = np.zeros((self._game.horizon, agent.control_dim))
-        controls[: self._arrival] = point[self._columns]
+        agent = self.game.agents[1 - self.i]
+        controls = np.zeros((self.game.horizon, agent.control_dim))
+        controls[: self.arrival] = point[self._columns]
         return outcome, make_plan(agent, controls)
