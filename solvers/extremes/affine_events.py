@@ -40,19 +40,26 @@ def events_of(
 ) -> tuple[list[Event], int]:
     """Return the events that matter between two agents, and the number of the others."""
     parts = [_moving(game, i, arrivals[i], controls[i]) for i in (0, 1)]
-    return _events(game, parts, min(arrivals))
+    return _mattering(game, _events(game, parts, min(arrivals)))
 
 
 def events_against(
     game: Game, i: int, plan: Plan, arrivals: Sequence[int], controls: Sequence[np.ndarray]
 ) -> tuple[list[Event], int]:
     """Return the same with agent ``i`` following ``plan``."""
+    return _mattering(game, timed_events_against(game, i, plan, arrivals[1 - i], controls[1 - i]))
+
+
+def timed_events_against(
+    game: Game, i: int, plan: Plan, arrival: int, controls: np.ndarray
+) -> list[Event]:
+    """Return the events at t = 0, 1, ... between ``plan`` of agent ``i`` and the other agent."""
     assert plan.arrival is not None
-    count, j = min(plan.arrival, arrivals[1 - i]), 1 - i
+    count, j = min(plan.arrival, arrival), 1 - i
     fixed = -plan.means[:count, : game.dim] @ directions_of(game, i).T
     none: tuple[dict[int, float], ...] = ({},) * fixed.shape[1]
     known = _Part([none] * count, fixed, fixed, fixed)
-    return _events(game, [known, _moving(game, j, arrivals[j], controls[j])], count)
+    return _events(game, [known, _moving(game, j, arrival, controls)], count)
 
 
 @dataclass(frozen=True)
@@ -78,9 +85,9 @@ def _moving(game: Game, j: int, arrival: int, controls: np.ndarray) -> _Part:
     return _Part(terms, -drift @ toward.T, -above, -below)
 
 
-def _events(game: Game, parts: Sequence[_Part], count: int) -> tuple[list[Event], int]:
+def _events(game: Game, parts: Sequence[_Part], count: int) -> list[Event]:
     offsets, units = game.encounters[PAIR].collision.offsets, pair_units(game)
-    every = [
+    return [
         Event(
             tuple({**a, **b} for a, b in zip(*(part.terms[t] for part in parts), strict=True)),
             sum(part.constant[t] for part in parts) - offsets,
@@ -90,6 +97,9 @@ def _events(game: Game, parts: Sequence[_Part], count: int) -> tuple[list[Event]
         )
         for t in range(count)
     ]
+
+
+def _mattering(game: Game, every: Sequence[Event]) -> tuple[list[Event], int]:
     matter = [event for event in every if event.matters(game.margin_cap)]
     return matter, len(every) - len(matter)
 

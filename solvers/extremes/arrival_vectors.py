@@ -26,6 +26,7 @@ from solvers.engine.cuts import CutPool
 from solvers.engine.presolve import Subproblem
 from solvers.engine.symmetry import identity
 from solvers.extremes.arrivals_proof import ArrivalsProof
+from solvers.extremes.response_limit import ResponseLimits
 
 FIRST_EFFORTS = 30, 3000
 """Rounds of inequalities for the first proof of a vector, and nodes of each program; a proof that
@@ -41,8 +42,11 @@ class ArrivalVector:
     failed : number of proofs that did not end.
     """
 
-    def __init__(self, game: Game, arrivals: Sequence[int], epsilon: float) -> None:
+    def __init__(
+        self, game: Game, arrivals: Sequence[int], epsilon: float, responses: ResponseLimits
+    ) -> None:
         self.game, self.arrivals, self._epsilon = game, tuple(arrivals), epsilon
+        self._responses = responses
         self._time = sum(a.lam * t for a, t in zip(game.agents, arrivals, strict=True))
         self._care = sum(1 - agent.lam for agent in game.agents)
         self.least = 0.0
@@ -78,8 +82,17 @@ class ArrivalVector:
         if self._excludes(limit, self.most, budget):
             self.most = -inf if limit <= self.least else limit
 
+    def limit(self) -> None:
+        """Use what the agents pay at most in response to plans with these arrivals."""
+        for i, agent in enumerate(self.game.agents):
+            high = self._responses.of(i, self.arrivals[1 - i]).high
+            losses = (high - agent.lam * self.arrivals[i]) / (1 - agent.lam)
+            self.most = min(self.most, losses)
+        if self.most < self.least - tol.AGREEMENT * max(1.0, self.least):
+            self.most = -inf
+
     def dismiss(self, goal: float, budget: Budget) -> None:
-        """Lower the costs to ``goal`` if one plan of an agent, safe from the other, shows that."""
+        """Lower the costs to ``goal`` if the responses of one agent to all plans show that."""
         self._efforts, efforts = (0, 0), self._efforts
         self.lower(goal, budget)
         self._efforts, self.failed, self._share = efforts, 0, 0.0
@@ -94,7 +107,7 @@ class ArrivalVector:
     def _excludes(self, least: float, most: float, budget: Budget) -> bool:
         """Return whether no equilibrium is proved to lose from ``least`` to ``most``."""
         if self._proof is None:
-            self._proof = ArrivalsProof(self.game, self.arrivals, self._epsilon)
+            self._proof = ArrivalsProof(self.game, self.arrivals, self._epsilon, self._responses)
         slack = tol.AGREEMENT * max(1.0, abs(least))
         rounds, nodes = self._efforts
         proved = self._proof.excludes(
@@ -129,7 +142,7 @@ def refinable(game: Game) -> bool:
     return pair and instants and effortless and all(first)
 
 
-def all_vectors(game: Game, epsilon: float) -> list[ArrivalVector]:
+def all_vectors(game: Game, epsilon: float, responses: ResponseLimits) -> list[ArrivalVector]:
     """Return a vector for every pair of arrivals that the agents can reach."""
     ranges = [range(earliest_way(game, i) or 0, game.horizon + 1) for i in (0, 1)]
-    return [ArrivalVector(game, arrivals, epsilon) for arrivals in product(*ranges)]
+    return [ArrivalVector(game, arrivals, epsilon, responses) for arrivals in product(*ranges)]

@@ -10,7 +10,6 @@ to a guard around its plan, if that leaves a deviation (:mod:`solvers.extremes.g
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Plan
@@ -18,13 +17,11 @@ from solvers.budget import Budget
 from solvers.extremes.guard import Guard
 from solvers.extremes.guarded_response import guarded_response
 from solvers.extremes.pair_program import PairProgram
+from solvers.extremes.response_limit import GAIN, ResponseLimits
 from solvers.extremes.rows import Outcome
 
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.0)
 """Parts of what the other agent can reach, around its plan, that deviations are guarded against."""
-
-GAIN = 1e-6
-"""Least gain beyond epsilon, in time steps, for which an inequality is added."""
 
 
 class ArrivalsProof:
@@ -36,11 +33,18 @@ class ArrivalsProof:
     candidate : the last profile from which no new deviation was found, if there is one.
     """
 
-    def __init__(self, game: Game, arrivals: Sequence[int], epsilon: float) -> None:
+    def __init__(
+        self,
+        game: Game,
+        arrivals: Sequence[int],
+        epsilon: float,
+        responses: ResponseLimits,
+    ) -> None:
         self._game, self._arrivals, self._epsilon = game, tuple(arrivals), epsilon
+        self._responses = responses
         self._program = PairProgram(game, arrivals, epsilon)
         self._known: set[tuple[int, bytes]] = set()
-        self.inequalities, self._insecure = 0, -inf
+        self.inequalities = 0
         self.candidate: tuple[Plan, ...] | None = None
 
     def excludes(
@@ -50,7 +54,7 @@ class ArrivalsProof:
 
         ``rounds`` and ``nodes`` limit the programs, and the nodes of each.
         """
-        if self._is_secure(least, budget):
+        if self._is_limited(least, budget):
             return True
         for _ in range(rounds):
             if budget.out:
@@ -66,21 +70,12 @@ class ArrivalsProof:
                 return False
         return False
 
-    def _is_secure(self, losses: float, budget: Budget) -> bool:
-        """Return whether a plan serves its agent better than ``losses``, whatever the other does.
-
-        Where none was found, none is looked for against smaller losses.
-        """
-        if losses <= self._insecure:
-            return False
-        self._insecure = losses
+    def _is_limited(self, losses: float, budget: Budget) -> bool:
+        """Return whether some agent is proved to pay less than for ``losses``."""
         return any(
-            guarded_response(
-                Guard.anywhere(self._game, i, self._arrivals[1 - i]),
-                agent.lam * self._arrivals[i] + (1 - agent.lam) * losses - self._epsilon - GAIN,
-                budget,
+            self._responses.of(i, self._arrivals[1 - i]).shows(
+                agent.lam * self._arrivals[i] + (1 - agent.lam) * losses - GAIN, budget
             )
-            is not None
             for i, agent in enumerate(self._game.agents)
         )
 

@@ -29,11 +29,16 @@ from solvers.equilibrium.enumeration import Equilibrium, collect_equilibria, pas
 from solvers.extremes.arrival_vectors import ArrivalVector, all_vectors, refinable
 from solvers.extremes.bounds_result import Between, EquilibriumBounds
 from solvers.extremes.coarse_limits import largest_cost, risk_limits
+from solvers.extremes.elimination import eliminate
+from solvers.extremes.response_limit import ResponseLimits
 from solvers.optimum.joint import social_optimum
 from solvers.solution import Status
 
 SAMPLING_SHARE, OPTIMUM_SHARE = 0.2, 0.2
 """Parts of the time limit for sampled equilibria, and for the social optimum."""
+
+RESPONSE_ROUNDS = 4, 16
+"""Programs for each limit of what agents pay in response, in turn."""
 
 NEARBY = 1.1
 """Vectors whose least cost is up to this many times that of the costliest known equilibrium are
@@ -94,7 +99,10 @@ class _Search:
         self._optimum = Between(0.0, inf)
         self._frame = frame_of(game)
         canonical = game if self._frame is None else self._frame.canonical
-        self._vectors = all_vectors(canonical, epsilon) if refinable(canonical) else []
+        self._responses = ResponseLimits(canonical, epsilon)
+        self._vectors = (
+            all_vectors(canonical, epsilon, self._responses) if refinable(canonical) else []
+        )
         self._refined = bool(self._vectors)
 
     def sample(self, known: Sequence[Equilibrium] | None, runs: int, seed: int) -> None:
@@ -115,7 +123,7 @@ class _Search:
             if self._budget.out:
                 return
             vector.find_least(self._budget)
-            vector.dismiss(self.result.worst.low * (1 + gap), self._budget)
+        self._limit_responses(gap)
         self._look_nearby(gap)
         while not self._budget.out:
             before = self.result
@@ -132,6 +140,15 @@ class _Search:
                 self._add_sample(None if each is None else each.take_candidate())
             if (before.best, before.worst) != (self.result.best, self.result.worst):
                 self._progress(self.result)
+
+    def _limit_responses(self, gap: float) -> None:
+        """Use what agents pay at most in response to any plan of the other."""
+        for rounds in RESPONSE_ROUNDS:
+            goal = self.result.worst.low * (1 + gap)
+            eliminate(self._vectors, self._responses, goal, rounds, self._budget)
+            for witness in self._responses.take_witnesses():
+                self._add_sample(witness)
+            self._progress(self.result)
 
     def _look_nearby(self, gap: float) -> None:
         """Look for equilibria that cost little more than the sampled ones."""

@@ -74,14 +74,18 @@ class Guard:
         """(H+1, F) lengths of one unit of margin."""
         return pair_units(self.game)
 
-    def cost(self, plan: Plan) -> float:
-        """Return the most that ``plan`` costs its agent."""
+    def losses(self, plan: Plan) -> np.ndarray:
+        """Return (K,) the largest loss of each event; infinite where bodies may overlap."""
         assert plan.arrival is not None
-        agent, count = self.game.agents[self.agent], min(plan.arrival, len(self.nearest))
+        count = min(plan.arrival, len(self.nearest))
         own = plan.means[:count, : self.game.dim] @ directions_of(self.game, self.agent).T
         clear = -own - self.game.encounters[PAIR].collision.offsets - self.nearest[:count]
         margins = event_margins(self.game, clear, self.units[:count])
-        if (margins < 0).any():
-            return np.inf
-        losses = objective.loss(self.game, margins).sum()
-        return float(agent.lam * plan.arrival + (1 - agent.lam) * losses)
+        losses = objective.loss(self.game, np.maximum(margins, 0.0))
+        return np.where(margins >= 0, losses, np.inf)
+
+    def cost(self, plan: Plan) -> float:
+        """Return the most that ``plan`` costs its agent."""
+        assert plan.arrival is not None
+        agent = self.game.agents[self.agent]
+        return float(agent.lam * plan.arrival + (1 - agent.lam) * self.losses(plan).sum())

@@ -32,13 +32,11 @@ import numpy as np
 
 from ppg_env.game import objective
 from ppg_env.game.game import Game
-from ppg_env.game.input_sets import set_at
 from ppg_env.game.plan import Plan, make_plan
-from ppg_env.game.plan_constraints import plan_constraints
-from ppg_env.game.reserve import planned_controls
 from solvers.budget import Budget
 from solvers.extremes.affine_events import Event, events_against, events_of
 from solvers.extremes.loss_levels import levels, tangents
+from solvers.extremes.plan_columns import add_plans
 from solvers.extremes.rows import Outcome, Rows
 
 ROOM = 1e-6
@@ -51,7 +49,9 @@ class PairProgram:
     def __init__(self, game: Game, arrivals: Sequence[int], epsilon: float) -> None:
         self._game, self._arrivals, self._epsilon = game, tuple(arrivals), epsilon
         self._rows = Rows()
-        self._controls = [self._add_plans(i) for i in (0, 1)]
+        self._controls = [
+            add_plans(self._rows, game, i, arrival) for i, arrival in enumerate(self._arrivals)
+        ]
         self._largest = float(objective.loss(game, np.zeros(())))
         self._least = float(objective.loss(game, np.array(game.margin_cap)))
         events, quiet = events_of(game, self._arrivals, self._controls)
@@ -99,26 +99,6 @@ class PairProgram:
                 for p in range(len(event.low)):
                     self._if(overlap, event.terms[p], 0.0 - event.constant[p], event, p)
         rows.row(terms, most=most)
-
-    def _add_plans(self, i: int) -> np.ndarray:
-        """Add the controls (T, m) of an agent that arrives in time; return their columns."""
-        agent, arrival = self._game.agents[i], self._arrivals[i]
-        sets = planned_controls(agent, self._game.horizon)
-        bounds = [set_at(sets, t).bounds for t in range(arrival)]
-        columns = np.array(
-            [[self._rows.column(*pair) for pair in zip(*b, strict=True)] for b in bounds]
-        )
-        fixed = plan_constraints(agent, arrival, self._game.horizon)
-        unbounded = np.full(len(fixed.offsets), -np.inf), np.full(len(fixed.room), -np.inf)
-        for matrix, least, most in (
-            (fixed.faces, unbounded[0], fixed.offsets),
-            (fixed.inside, unbounded[1], fixed.room),
-            (fixed.effect, fixed.change, fixed.change),
-        ):
-            for row, low, high in zip(matrix, least.tolist(), most.tolist(), strict=True):
-                if (row != 0).sum() > 1 or low == high:
-                    self._rows.row(dict(zip(columns.ravel().tolist(), row, strict=True)), low, high)
-        return columns
 
     def _add_event(self, event: Event) -> int:
         """Add the margin and the loss of an event, and the choice of a face."""
