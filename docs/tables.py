@@ -71,6 +71,7 @@ class LibraryRecords(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the sentences and the tables."""
+        from benchmarks.library import player_summary as players
         from benchmarks.library.instance import instances
         from benchmarks.library.summary import class_rows, open_rows, sentences
         from benchmarks.studies.markdown import markdown_table
@@ -78,9 +79,13 @@ class LibraryRecords(SphinxDirective):
         games = instances()
         classes = ("class", "games", "closed", "with an equilibrium", "best solver (score)")
         unsolved = ("open game", "agents", "best social cost", "proved bound", "gap")
-        words = "\n".join(f"- {sentence}" for sentence in sentences(games))
+        statements = (*sentences(games), *players.player_sentences(games))
+        words = "\n".join(f"- {sentence}" for sentence in statements)
         tables = (
             markdown_table(classes, class_rows(games)),
+            markdown_table(players.FAMILY_HEADS, players.family_rows(games)),
+            markdown_table(players.PLAYER_HEADS, players.player_rows(games)),
+            markdown_table(players.TRACK_HEADS, players.track_rows()),
             markdown_table(unsolved, open_rows(games)),
         )
         return self.parse_text_to_nodes("\n\n".join((words, *tables)))
