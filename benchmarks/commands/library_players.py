@@ -62,30 +62,13 @@ def play(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate players of games in the environment; --submit continues where it was stopped."""
-    from benchmarks.library.team import RECORDED
-    from ppg_env.errors import require
-
-    players = [name.strip() for name in options.players.split(",") if name.strip()]
-    require(bool(players), "--players", "is empty", "name players")
-    ours = all(name in RECORDED for name in players)
-    require(
-        not options.improve or ours or bool(options.by.strip()),
-        "--by",
-        "is missing",
-        "name who or what made the players",
-    )
-    require(
-        options.label is None or (len(players) == 1 and options.label not in RECORDED),
-        "--label",
-        f"is {options.label}",
-        "name one player, and no plan of the record",
-    )
+    players = _checked_players(options)
     games, rows, started = selected(names, selection), [], monotonic()
     with bar(f"players over {len(games)} games", len(games)) as advance:
         for instance in games:
             for name in players:
                 if options.budget is None or monotonic() - started <= options.budget:
-                    rows += _played(instance, name, options, seed)
+                    rows += _played(instance, name, options, seed, alone=len(games) == 1)
             advance(1)
     if as_json:
         print_json({"rows": rows})
@@ -97,15 +80,45 @@ def play(
     print_table(f"{len(shown)} players", ("game", *PLAYER_COLUMNS), shown, texts=3)
 
 
-def _played(instance: Instance, name: str, options: PlayOptions, seed: int) -> list[dict[str, Any]]:
-    """Play one player, and return its row; none if there is nothing to play."""
+def _checked_players(options: PlayOptions) -> list[str]:
+    """Return the names of the players; refuse options that do not fit together."""
+    from baselines.deviations import check_deviation
+    from benchmarks.library.team import RECORDED, check_player
+    from ppg_env.errors import require
+
+    names = [name.strip() for name in options.players.split(",")]
+    for name in names:
+        check_player(name)
+    for deviation in _deviations(options):
+        check_deviation(deviation, "--deviation")
+    ours = all(name in RECORDED for name in names)
+    by = not options.improve or ours or bool(options.by.strip())
+    require(by, "--by", "is missing", "name who or what made the players")
+    require(
+        options.label is None or (len(names) == 1 and options.label not in RECORDED),
+        "--label",
+        f"is {options.label}",
+        "name one player, and no plan of the record",
+    )
+    return names
+
+
+def _deviations(options: PlayOptions) -> list[str]:
+    return [] if options.deviation is None else options.deviation.split(",")
+
+
+def _played(
+    instance: Instance, name: str, options: PlayOptions, seed: int, *, alone: bool
+) -> list[dict[str, Any]]:
+    """Play one player, and return its row; none if there is nothing to play.
+
+    A player that the game does not have is a row, too, and an error if the game is ``alone``.
+    """
     from benchmarks.library.play import is_current, play
     from benchmarks.library.record import write_record
-    from benchmarks.library.team import why_not_playable
     from ppg_env.errors import InputError
 
-    label = options.label or name
-    deviations = [] if options.deviation is None else options.deviation.split(",")
+    label, deviations = options.label or name, _deviations(options)
     if options.improve and is_current(instance, label, options.episodes, seed, deviations):
         return []
     head = {"game": instance.name, "player": label}
@@ -120,7 +133,7 @@ def _played(instance: Instance, name: str, options: PlayOptions, seed: int) -> l
             limit=options.time_limit,
         )
     except InputError as error:
-        if options.improve and not why_not_playable(instance):
+        if alone:
             raise
         return [head | {"refused": str(error)}]
     if entry is None:

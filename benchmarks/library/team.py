@@ -8,7 +8,7 @@ from benchmarks.library.instance import Instance
 from benchmarks.library.judge import profile_of
 from benchmarks.library.record import TRACKED
 from ppg_env.env.players import Player, straight_players, track
-from ppg_env.errors import InputError, require
+from ppg_env.errors import require
 
 RECORDED = (*TRACKED, "straight")
 """Players that need no planning."""
@@ -25,33 +25,34 @@ def teams(instance: Instance, name: str, limit: float | None = None) -> list[Seq
     Raises
     ------
     InputError
-        If there is no such player of this game.
+        If the game has no such player.
     """
     if name == "straight":
         return [straight_players(instance.game)]
     if name in TRACKED:
         entry = instance.record.tracked(name)
         return [] if entry is None else [track(instance.game, profile_of(instance, entry["plan"]))]
-    from benchmarks.comparison.players import FILE, PLAYERS, entrant
+    from benchmarks.comparison.players import entrant
     from solvers.planner_options import PlannerOptions
 
-    require(
-        name in PLAYERS or name.endswith(FILE),
-        f"{name!r:.80}",
-        "is not a player",
-        "write " + ", ".join([*TRACKED, *(key for key in PLAYERS if key not in TRACKED)]),
-    )
     options = PlannerOptions(time_limit=limit)
     return entrant(name, instance.game, options).policies(instance.game, options)
 
 
-def why_not_playable(instance: Instance) -> str:
-    """Return why the environment refuses a game under its default rules; empty if it does not."""
-    from ppg_env.env.arrival_regions import checked_tolerances
-    from ppg_env.env.rules import Rules
+def check_player(name: str) -> None:
+    """Refuse a name that is neither a player's nor that of a file of players.
 
-    try:
-        checked_tolerances(instance.game, Rules())
-    except InputError as error:
-        return str(error)
-    return ""
+    Raises
+    ------
+    InputError
+        With the names of players.
+    """
+    from benchmarks.comparison.players import FILE, PLAYERS
+
+    others = [key for key in PLAYERS if key not in RECORDED]
+    require(
+        name in RECORDED or name in others or name.endswith(FILE),
+        "--players",
+        f"has {name!r:.60}",
+        "write names of " + ", ".join([*RECORDED, *others]) + f", or files ending in {FILE}",
+    )
