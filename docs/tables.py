@@ -4,7 +4,8 @@
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
 study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
 the table of the paper's claims with the verdicts in FILE, and their definitions;
-``{library-records}`` says what the records of the instance library say;
+``{library-records}`` says what the records of the instance library say, ``{library-tracks}`` who
+entered its learned tracks;
 ``{claims-compared} FILE FILE`` the verdicts of two runs next to each other.
 """
 
@@ -73,6 +74,7 @@ class LibraryRecords(SphinxDirective):
         """Build the sentences and the tables."""
         from benchmarks.library import player_summary as players
         from benchmarks.library.instance import instances
+        from benchmarks.library.learned.summary import TRACK_HEADS, track_rows
         from benchmarks.library.summary import class_rows, open_rows, sentences
         from benchmarks.studies.markdown import markdown_table
 
@@ -85,10 +87,21 @@ class LibraryRecords(SphinxDirective):
             markdown_table(classes, class_rows(games)),
             markdown_table(players.FAMILY_HEADS, players.family_rows(games)),
             markdown_table(players.PLAYER_HEADS, players.player_rows(games)),
-            markdown_table(players.TRACK_HEADS, players.track_rows()),
+            markdown_table(TRACK_HEADS, track_rows()),
             markdown_table(unsolved, open_rows(games)),
         )
         return self.parse_text_to_nodes("\n\n".join((words, *tables)))
+
+
+class LibraryTracks(SphinxDirective):
+    """The learned tracks of the instance library, and their entries."""
+
+    def run(self) -> list[nodes.Node]:
+        """Build one table of all entries."""
+        from benchmarks.library.learned.summary import ENTRY_HEADS, entry_rows
+        from benchmarks.studies.markdown import markdown_table
+
+        return self.parse_text_to_nodes(markdown_table(ENTRY_HEADS, entry_rows()))
 
 
 class Claims(SphinxDirective):
@@ -155,6 +168,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("commands", Commands)
     app.add_directive("study", StudyResults)
     app.add_directive("library-records", LibraryRecords)
+    app.add_directive("library-tracks", LibraryTracks)
     app.add_directive("claims", Claims)
     app.add_directive("claims-compared", ComparedClaims)
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""What the records say about players in the environment, families of games, and learned tracks."""
+"""What the records say about players in the environment, and families of games."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from benchmarks.library.summary import project_lines
 
 PLAYER_HEADS = ("player", "games", "best in", "median cost over best", "median crash probability")
 FAMILY_HEADS = ("family", "games", "closed", "best solver (score)", "best player (games)")
-TRACK_HEADS = ("track", "test games", "score 100 is", "best entry", "test score", "beyond")
 
 
 def player_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
@@ -72,21 +71,6 @@ def family_rows(games: Sequence[Instance]) -> list[tuple[str, ...]]:
     return rows
 
 
-def track_rows() -> list[tuple[str, ...]]:
-    """Return a row per learned track with its best entry."""
-    from benchmarks.library.learned.entries import read_entries
-    from benchmarks.library.learned.track import SPLITS, tracks
-
-    rows: list[tuple[str, ...]] = []
-    for track in tracks():
-        entries = read_entries(track)["entries"]
-        best = entries[0] if entries else None
-        shown = [_score(best["scores"][split]) if best else "" for split in SPLITS]
-        name, about = best["player"] if best else "", track.about
-        rows.append((f"`{track.name}`", str(len(about["games"])), about["reference"], name, *shown))
-    return rows
-
-
 def player_sentences(games: Sequence[Instance]) -> Iterator[str]:
     """Yield what the records say about players."""
     played = [game for game in games if game.record.players]
@@ -100,8 +84,3 @@ def player_sentences(games: Sequence[Instance]) -> Iterator[str]:
         members = [game for game in played if game.difficulty == kind]
         if members:
             yield f"Class {kind}: the most frequent best player is {best_players(members)}."
-
-
-def _score(limits: Sequence[float | None]) -> str:
-    value, low, high = limits
-    return f"{value:.2f}" if low is None else f"{value:.2f} [{low:.2f}, {high:.2f}]"
