@@ -33,7 +33,10 @@ class ObservingPlayer:
 
     def act(self, view: View) -> np.ndarray:
         """Return actions (C, m)."""
-        return np.asarray(self.function(view.observation), dtype=float)
+        try:
+            return np.asarray(self.function(view.observation), dtype=float)
+        except Exception as error:  # of code that is not ours
+            raise _failure("the player", error) from None
 
 
 def learner(track: Track, name: str) -> list[Sequence[Player]] | None:
@@ -69,9 +72,7 @@ def _python_teams(path: Path, game: Game) -> list[Sequence[Player]]:
         spec.loader.exec_module(module)
         runs = [module.team(game, run) for run in range(getattr(module, "RUNS", 1))]
     except Exception as error:  # of code that is not ours
-        raise InputError(
-            str(path), f"fails ({type(error).__name__}: {error})"[:200], "run it on its own first"
-        ) from None
+        raise _failure(str(path), error) from None
     for team in runs:
         fits = isinstance(team, Sequence) and len(team) == len(game.agents)
         require(
@@ -81,3 +82,8 @@ def _python_teams(path: Path, game: Game) -> list[Sequence[Player]]:
             f"return a list of {len(game.agents)}",
         )
     return [[ObservingPlayer(function) for function in team] for team in runs]
+
+
+def _failure(place: str, error: Exception) -> InputError:
+    reason = f"{type(error).__name__}: {error}".partition("\n")[0][:200]
+    return InputError(place, f"fails ({reason})", "run its code on its own first")

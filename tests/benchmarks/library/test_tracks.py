@@ -34,7 +34,7 @@ def team(game, run):
 @pytest.fixture
 def folder(tmp_path):
     """A track with one game per split."""
-    shutil.copytree(FOLDER / "head_on-drawn", tmp_path / "tracks" / "small")
+    shutil.copytree(FOLDER / "circle4-drawn", tmp_path / "tracks" / "small")
     path = tmp_path / "tracks" / "small" / "games.json"
     about = json.loads(path.read_text())
     about["games"] = [next(g for g in about["games"] if g["split"] == split) for split in SPLITS]
@@ -131,12 +131,10 @@ def test_a_learner_in_a_python_file_is_scored_kept_and_replaced(ppg, folder, tmp
     assert row["best"] == "mine"
 
 
-def test_straight_flight_scores_about_zero_and_pretrained_players_more(ppg, folder):
+def test_straight_flight_scores_about_zero(ppg, folder):
     answer = track(ppg, folder, "small", "--player", "straight", "--json").json
     assert abs(answer["entries"][0]["scores"]["test"][0]) < 3
     assert not answer["kept"]
-    answer = track(ppg, folder, "small", "--player", "ppo-social", "--json").json
-    assert answer["entries"][0]["scores"]["test"][0] > 80
 
 
 @pytest.mark.parametrize(
@@ -145,8 +143,9 @@ def test_straight_flight_scores_about_zero_and_pretrained_players_more(ppg, fold
         ("import nothing_like_this", "fails"),
         ("RUNS = 1", "fails"),
         ("def team(game, run):\n    return [len]", "one callable per agent"),
+        ("def team(game, run):\n    return [lambda o: o @ o] * len(game.agents)", "fails"),
         ("def team(game, run):\n    return [lambda o: o[:1]] * len(game.agents)", "shape"),
-        ("def team(game, run):\n    return [lambda o: o[:, :2] / 0] * 2", "finite"),
+        ("def team(game, run):\n    return [lambda o: o[:, :2] * float('inf')] * 4", "finite"),
     ],
 )
 def test_a_learner_that_breaks_the_contract_is_refused(ppg, folder, tmp_path, text, said):
@@ -177,5 +176,5 @@ def test_a_mistake_is_one_sentence(ppg, folder, words):
 
 
 def test_without_a_checkout_the_message_says_what_to_do(ppg, tmp_path):
-    done = track(ppg, tmp_path, "head_on-drawn", code=2)
+    done = track(ppg, tmp_path, "circle4-drawn", code=2)
     assert "clone the repository" in done.err
