@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.library.instance import chosen, instances
 from benchmarks.library.play import is_current
-from benchmarks.library.player_summary import player_rows, player_sentences
+from benchmarks.library.player_summary import family_rows, player_rows, player_sentences
 from benchmarks.library.record import TRACKED, Record
 
 FAST = {"arrival": [5, 5], "controls": [[[1, 0]] * 5 + [[0, 0]] * 3] * 2}
@@ -75,6 +75,14 @@ def test_regrets_are_bounded_from_both_sides(ppg, folder, tmp_path):
     assert len(row["regret"]) == 2
     for low, most in row["regret"]:
         assert 0 <= low <= most
+
+
+def test_every_game_belongs_to_one_family():
+    games = instances()
+    rows = family_rows(games)
+    assert sum(int(row[1]) for row in rows) == len(games)
+    assert sum(int(row[2]) for row in rows) == sum(game.record.closed for game in games)
+    assert {"head_on", "intersection3", "circle", "maze"} <= {row[0] for row in rows}
 
 
 def test_a_cheaper_player_is_noted():

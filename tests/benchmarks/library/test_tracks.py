@@ -12,9 +12,11 @@ from scipy.stats import trim_mean
 from benchmarks.library.learned.costs import mean_costs
 from benchmarks.library.learned.entries import read_entries
 from benchmarks.library.learned.score import aggregate, interquartile_mean, scores
+from benchmarks.library.learned.summary import ENTRY_HEADS, TRACK_HEADS, entry_rows, track_rows
 from benchmarks.library.learned.track import FOLDER, SPLITS, Track, tracks
 
 TRACKS = tracks()
+ENDS = ("straight", "reference")
 
 LEARNER = """
 import numpy as np
@@ -178,3 +180,22 @@ def test_a_mistake_is_one_sentence(ppg, folder, words):
 def test_without_a_checkout_the_message_says_what_to_do(ppg, tmp_path):
     done = track(ppg, tmp_path, "circle4-drawn", code=2)
     assert "clone the repository" in done.err
+
+
+def test_every_entry_names_games_runs_and_author():
+    for one in TRACKS:
+        for entry in read_entries(one)["entries"]:
+            assert entry["by"]
+            for split in SPLITS:
+                costs = np.array(entry["costs"][split])
+                assert costs.shape == (len(one.games(split)), entry["runs"])
+                ends = [[getattr(g, end) for g in one.games(split)] for end in ENDS]
+                value = aggregate(scores(costs.T, *map(np.array, ends))).value
+                assert value == pytest.approx(entry["scores"][split][0], abs=1e-3)
+
+
+def test_tables_have_a_row_per_track_and_entry():
+    assert [row[0] for row in track_rows()] == [f"`{one.name}`" for one in TRACKS]
+    assert all(len(row) == len(TRACK_HEADS) for row in track_rows())
+    assert len(entry_rows()) == sum(len(read_entries(one)["entries"]) for one in TRACKS)
+    assert all(len(row) == len(ENTRY_HEADS) for row in entry_rows())
