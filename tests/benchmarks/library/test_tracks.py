@@ -104,11 +104,11 @@ def test_limits_come_from_trainings_within_games():
     assert np.isnan(aggregate(games[None]).low)
     # As many limits as stated hold the mean of the whole population of trainings.
     held = 0
-    for seed in range(100):
+    for seed in range(40):
         trial = np.random.default_rng(seed).normal(90, 10, size=(10, 4))
         limits = aggregate(trial, seed)
         held += limits.low <= 90 <= limits.high
-    assert 80 <= held <= 100
+    assert 32 <= held <= 40
 
 
 def test_a_learner_in_a_python_file_is_scored_kept_and_replaced(ppg, folder, tmp_path):
