@@ -27,7 +27,7 @@ class TrackOptions:
     ] = None
     episodes: Annotated[
         int, typer.Option(min=100, help="Episodes of each training in each game.")
-    ] = 20_000
+    ] = 5_000
     time_limit: Annotated[
         float | None, typer.Option(min=0.0, metavar="S", help="Seconds for each plan or policy.")
     ] = None

@@ -139,6 +139,15 @@ def test_straight_flight_scores_about_zero(ppg, folder):
     assert not answer["kept"]
 
 
+@pytest.mark.slow
+def test_pretrained_players_are_learners_of_a_track(ppg):
+    words = ("library", "track", "head_on-drawn", "--player", "ppo-social", "--episodes", "100")
+    answer = ppg(*words, "--label", "again", "--json").json
+    (entry,) = [entry for entry in answer["entries"] if entry["player"] == "again"]
+    assert entry["runs"] == 5
+    assert entry["scores"]["test"][0] > 90
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
