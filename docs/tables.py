@@ -4,8 +4,8 @@
 ``ppg`` with its arguments and options.  ``{study} NAME PART`` presents the stored results of a
 study, ``studies/NAME.json``; PART is ``question``, ``words`` or ``tables``.  ``{claims} FILE`` is
 the table of the paper's claims with the verdicts in FILE, and their definitions;
-``{library-records}`` says what the records of the instance library say; ``{measurements} FILE``
-what a suite of ``ppg bench`` has measured;
+``{library-records}`` says what the records of the instance library say, ``{library-tracks}`` who
+entered its learned tracks; ``{measurements} FILE`` what a suite of ``ppg bench`` has measured;
 ``{claims-compared} FILE FILE`` the verdicts of two runs next to each other.
 """
 
@@ -72,16 +72,22 @@ class LibraryRecords(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Build the sentences and the tables."""
+        from benchmarks.library import player_summary as players
         from benchmarks.library.instance import instances
+        from benchmarks.library.learned.summary import TRACK_HEADS, track_rows
         from benchmarks.library.summary import class_rows, open_rows, sentences
         from benchmarks.studies.markdown import markdown_table
 
         games = instances()
         classes = ("class", "games", "closed", "with an equilibrium", "best solver (score)")
         unsolved = ("open game", "agents", "best social cost", "proved bound", "gap")
-        words = "\n".join(f"- {sentence}" for sentence in sentences(games))
+        statements = (*sentences(games), *players.player_sentences(games))
+        words = "\n".join(f"- {sentence}" for sentence in statements)
         tables = (
             markdown_table(classes, class_rows(games)),
+            markdown_table(players.FAMILY_HEADS, players.family_rows(games)),
+            markdown_table(players.PLAYER_HEADS, players.player_rows(games)),
+            markdown_table(TRACK_HEADS, track_rows()),
             markdown_table(unsolved, open_rows(games)),
         )
         return self.parse_text_to_nodes("\n\n".join((words, *tables)))
@@ -106,6 +112,17 @@ class Measurements(SphinxDirective):
             for row in stored["measurements"]
         ]
         return self.parse_text_to_nodes(markdown_table(("what", "measured", "asked"), rows))
+
+
+class LibraryTracks(SphinxDirective):
+    """The learned tracks of the instance library, and their entries."""
+
+    def run(self) -> list[nodes.Node]:
+        """Build one table of all entries."""
+        from benchmarks.library.learned.summary import ENTRY_HEADS, entry_rows
+        from benchmarks.studies.markdown import markdown_table
+
+        return self.parse_text_to_nodes(markdown_table(ENTRY_HEADS, entry_rows()))
 
 
 class Claims(SphinxDirective):
@@ -173,6 +190,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.add_directive("study", StudyResults)
     app.add_directive("library-records", LibraryRecords)
     app.add_directive("measurements", Measurements)
+    app.add_directive("library-tracks", LibraryTracks)
     app.add_directive("claims", Claims)
     app.add_directive("claims-compared", ComparedClaims)
     return {"parallel_read_safe": True}

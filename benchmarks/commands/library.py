@@ -6,14 +6,16 @@ import typer
 
 from benchmarks.commands.library_games import list_games, show
 from benchmarks.commands.library_plans import check, submit
+from benchmarks.commands.library_players import play
 from benchmarks.commands.library_runs import report, run
+from benchmarks.commands.library_tracks import track
 
 library = typer.Typer(
     name="library",
-    help="Games with known answers: list and show them, run solvers, check and submit plans.",
+    help="Games with known answers: list, run solvers and players, check and submit plans.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 library.command("list")(list_games)
-for _command in (show, run, check, submit, report):
+for _command in (show, run, check, submit, play, track, report):
     library.command()(_command)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.commands.library_tables import PLAYER_COLUMNS, player_row
 from benchmarks.options import JsonOption, with_group
 from benchmarks.terminal import outward, print_json, print_table
 
@@ -59,7 +60,7 @@ def list_games(
     sort: Annotated[str, typer.Option(metavar="|".join(SORTS), help="Order.")] = "name",
     as_json: JsonOption = False,
 ) -> None:
-    """List games with the best social cost, the gap to the proved bound, and equilibria."""
+    """List games with the best social cost, its gap, equilibria, and the best known player."""
     from ppg_env.errors import require
 
     require(sort in SORTS, "--sort", f"is {sort!r}", "write " + ", ".join(SORTS))
@@ -78,10 +79,13 @@ def list_games(
             "" if row["social_cost"] is None else f"{row['social_cost']:.5g}",
             "" if row["gap"] is None else outward(row["gap"], ".1e", up=True),
             str(row["equilibria"]),
+            row["best_player"] or "",
+            "" if row["best_player"] is None else f"{row['player_cost'][0]:.4g}",
         )
         for row in rows
     ]
-    columns = ("game", "class", "agents", "horizon", "social cost", "gap", "equilibria")
+    known = ("social cost", "gap", "equilibria", "best player", "its cost")
+    columns = ("game", "class", "agents", "horizon", *known)
     print_table(f"{len(rows)} games", columns, shown, texts=2)
 
 
@@ -100,6 +104,8 @@ def _row(instance: Instance) -> dict[str, Any]:
         "bound": None if record.bound is None else record.bound["value"],
         "gap": None if record.gap == float("inf") else record.gap,
         "equilibria": len(record.equilibria),
+        "best_player": (best := record.best_player),
+        "player_cost": None if best is None else record.players[best]["cost"],
     }
 
 
@@ -138,6 +144,10 @@ def show(
         low, high = outward(limits[0], ".1e", up=False), outward(limits[1], ".1e", up=True)
         note += f"; probability of any crash of the social plan: {low} to {high}"
     print_table(instance.name, ("entry", "social cost", "by", "date"), rows, note)
+    players = sorted(record.players.items(), key=lambda pair: float(pair[1]["cost"][0]))
+    if players:
+        title = "Players in the environment; cost and regret per agent, crashes of any; 95 %"
+        print_table(title, PLAYER_COLUMNS, [player_row(*pair) for pair in players], texts=2)
 
 
 def _origin(provenance: dict[str, Any]) -> tuple[str, str]:

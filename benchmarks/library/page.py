@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from benchmarks.library.instance import CLASSES, Instance
+from benchmarks.library.learned.summary import ENTRY_HEADS, entry_rows
+from benchmarks.library.player_summary import FAMILY_HEADS, PLAYER_HEADS, family_rows, player_rows
 from benchmarks.library.ranking import Standing
 
 COLOURS = ("#1b6ca8", "#c0392b", "#2e8b57", "#8e44ad", "#b9770e", "#555555")
@@ -46,6 +48,12 @@ def page(games: Sequence[Instance], ranked: Sequence[Standing]) -> str:
             profile_svg(ranked),
             "<h2>Gaps</h2>",
             _table(("class", "games", "closed", "median gap of the others"), _classes(games)),
+            "<h2>Players in the environment</h2>",
+            _table(PLAYER_HEADS, player_rows(games)),
+            "<h2>Families</h2>",
+            _table(FAMILY_HEADS, family_rows(games)),
+            "<h2>Learned tracks</h2>",
+            _table(ENTRY_HEADS, entry_rows()),
             "<h2>Records</h2>",
             _table(
                 (
@@ -133,6 +141,7 @@ def _records(games: Sequence[Instance]) -> Iterable[tuple[str, ...]]:
 def _table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     head = "".join(f"<th>{escape(column)}</th>" for column in columns)
     body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f"<td>{escape(cell.strip('`'))}</td>" for cell in row) + "</tr>"
+        for row in rows
     )
     return f"<table><tr>{head}</tr>{body}</table>"

@@ -4,6 +4,7 @@
     bound       the largest proved lower bound on the social cost: value, provenance
     equilibria  the cheapest and the costliest certified equilibrium: ... and epsilon
     risk        per plan, proved limits of the probability of any crash
+    players     by name, what a player costs in the environment (:mod:`benchmarks.library.play`)
     history     every change: what, value, by, date
 
 A plan has ``arrival`` and ``controls`` in full precision; means follow from them.
@@ -28,6 +29,9 @@ CERTIFIED = 1e-4
 CHEAPER = 1e-9
 """Relative difference from which a plan is better, and not a rounding error."""
 
+TRACKED = ("social", "nash", "costliest-nash")
+"""Players that track plans of the record, which change with it."""
+
 Entry = dict[str, Any]
 
 
@@ -39,6 +43,7 @@ class Record:
     bound: Entry | None = None
     equilibria: list[Entry] = field(default_factory=list)
     risk: dict[str, list[float]] = field(default_factory=dict)
+    players: dict[str, Entry] = field(default_factory=dict)
     history: list[Entry] = field(default_factory=list)
 
     @property
@@ -59,11 +64,23 @@ class Record:
         return self.gap <= CLOSED
 
     @property
+    def best_player(self) -> str | None:
+        """Name of the player with the least mean cost in the environment."""
+        return min(self.players, key=lambda name: self.players[name]["cost"][0], default=None)
+
+    @property
     def proof_seconds(self) -> float:
         """CPU seconds of the search that proved the bound; infinite without one."""
         if self.bound is None:
             return float("inf")
         return float(self.bound["provenance"].get("seconds", float("inf")))
+
+    def tracked(self, player: str) -> Entry | None:
+        """Return the entry of the plan that a player of :data:`TRACKED` tracks, None if none."""
+        if player == "social":
+            return self.social
+        several = player in TRACKED and len(self.equilibria) > (player == "costliest-nash")
+        return self.equilibria[0 if player == "nash" else -1] if several else None
 
     def offer_plan(self, social_cost: float, plan: Entry, provenance: Entry) -> bool:
         """Take an accepted plan if it is cheaper; return whether it is.
@@ -76,6 +93,7 @@ class Record:
         if self.social is not None and social_cost >= self.value - CHEAPER * abs(self.value):
             return False
         self.social = {"social_cost": social_cost, "plan": plan, "provenance": provenance}
+        self.players.pop("social", None)
         self._note("social", social_cost, provenance)
         return True
 
@@ -101,8 +119,19 @@ class Record:
         ordered = [*self.equilibria, entry | {"provenance": provenance}]
         ordered.sort(key=lambda known: known["social_cost"])
         self.equilibria = ordered if len(ordered) < 2 else [ordered[0], ordered[-1]]
+        for player in TRACKED[1:]:
+            self.players.pop(player, None)
         self._note("equilibrium", social_cost, provenance)
         return True
+
+    def offer_player(self, name: str, entry: Entry) -> bool:
+        """Take what a player costs, in place of its last entry; return whether none costs less."""
+        best = min((known["cost"][0] for known in self.players.values()), default=float("inf"))
+        self.players[name] = entry
+        cheaper: bool = entry["cost"][0] < best
+        if cheaper:
+            self._note("player " + name, entry["cost"][0], entry["provenance"])
+        return cheaper
 
     def _note(self, what: str, value: float, provenance: Entry) -> None:
         shown = {key: provenance.get(key) for key in ("by", "date")}

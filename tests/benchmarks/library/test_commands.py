@@ -188,5 +188,6 @@ def test_the_wheel_leaves_the_games_out():
 
     root = Path(__file__).parents[3]
     settings = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
-    assert "benchmarks.library.games*" in settings["packages"]["find"]["exclude"]
+    for data in ("games", "runs", "tracks"):
+        assert f"benchmarks.library.{data}*" in settings["packages"]["find"]["exclude"]
     assert not any("library" in text for text in settings["package-data"]["benchmarks"])
