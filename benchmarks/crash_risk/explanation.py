@@ -14,17 +14,18 @@ from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.risk.likeliest_crash import LikeliestCrash, likeliest_crash
-from ppg_env.risk.union_bounds import Bounds, risk_bounds
+from ppg_env.risk.lower_bounds import lower_bounds
+from ppg_env.risk.union_bounds import risk_bounds
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """The likeliest crash of a plan, if there is one, and the bounds on any crash."""
+    """The likeliest crash of a plan, if there is one, and the limits of any crash."""
 
     game: Game
     profile: Profile
     crash: LikeliestCrash | None
-    any: Bounds
+    any: tuple[float, float]
 
     def report(self) -> dict[str, Any] | None:
         """Return the crash for ``--json``; None if no noise leads to one."""
@@ -44,7 +45,7 @@ class Explanation:
             "log10_form": crash.log_form / np.log(10),
             "probability": None if exact is None else np.exp(exact),
             "log10_probability": None if exact is None else exact / np.log(10),
-            "any": [self.any.least, self.any.tree],
+            "any": self.any,
             "deviations": crash.deviations,
             "noise": crash.noise,
             "obstacle_deviations": crash.obstacle,
@@ -65,7 +66,7 @@ class Explanation:
         estimate = f"beta {crash.beta:.4g}, first-order estimate {power(crash.log_form)}"
         if crash.log_probability is not None:
             estimate += f", exactly {power(crash.log_probability)}"
-        low, high = outward(self.any.least, ".2e", up=False), at_most(self.any.tree)
+        low, high = outward(self.any[0], ".2e", up=False), at_most(self.any[1])
         touch = f"through {where} with normal {_vector(crash.normal)}"
         return (
             f"Likeliest crash: {names} {when}, {touch}.\n"
@@ -105,7 +106,8 @@ def explain(query: RiskQuery) -> Explanation:
         raise InputError("--explain", "is for plans, and this player has none", "name a planner")
     game = replace(game, collisions="swept" if query.swept else "instants")
     bounds = risk_bounds(game, profile)
-    return Explanation(game, profile, likeliest_crash(game, profile, bounds), bounds.any)
+    limits = lower_bounds(game, profile, bounds)[1], bounds.any.tree
+    return Explanation(game, profile, likeliest_crash(game, profile, bounds), limits)
 
 
 def _vector(values: np.ndarray) -> str:

@@ -15,12 +15,12 @@ Fiessler, Computers & Structures 9 (1978).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ppg_env.game.supporting_halfspaces import PROBES, nearest_weights
-from ppg_env.risk.covering_halfspaces import HalfSpace, each_half_space, half_space
+from ppg_env.risk.covering_halfspaces import HalfSpace, each_half_space, half_space, responses
 from ppg_env.risk.crash_events import CrashModel
 
 ACTIVE = 1e-6
@@ -51,6 +51,18 @@ def design_point(
     ``covariances`` are those of the processes of ``model``.
     """
     normals, depths = model.faces(encounter)
+    mean, spread = moment(model, covariances, encounter, time, share)
+    room = depths - normals @ mean
+    weights = nearest_weights(normals, room, spread)
+    half = half_space(encounter, time, weights, normals, room, spread)
+    active = np.flatnonzero(weights > ACTIVE * weights.sum()) if np.isfinite(half.offset) else ()
+    return DesignPoint(half, share, tuple(int(face) for face in active))
+
+
+def moment(
+    model: CrashModel, covariances: np.ndarray, encounter: int, time: int, share: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean and the covariance of the displacement at ``share`` of a step."""
     mean, spread = model.nominal[encounter, time], _covariance(model, covariances, encounter, time)
     if share < 1.0:
         earlier = _covariance(model, covariances, encounter, time - 1)
@@ -58,11 +70,19 @@ def design_point(
         mixed = share * (1 - share) * (cross + cross.T)
         spread = (1 - share) ** 2 * earlier + share**2 * spread + mixed
         mean = (1 - share) * model.nominal[encounter, time - 1] + share * mean
-    room = depths - normals @ mean
-    weights = nearest_weights(normals, room, spread)
-    half = half_space(encounter, time, weights, normals, room, spread)
-    active = np.flatnonzero(weights > ACTIVE * weights.sum()) if np.isfinite(half.offset) else ()
-    return DesignPoint(half, share, tuple(int(face) for face in active))
+    return mean, spread
+
+
+def paths_to(model: CrashModel, covariances: np.ndarray, point: DesignPoint) -> np.ndarray:
+    """Return (T+1, 2, n) covariances of both processes with the half-space's standard normal."""
+    half = point.half
+    ends = {half.time: point.share, half.time - 1: 1.0 - point.share}
+    parts = [
+        weight * responses(model, covariances, replace(half, time=time))
+        for time, weight in ends.items()
+        if weight
+    ]
+    return np.sum(parts, axis=0)
 
 
 def likeliest_in_steps(model: CrashModel, covariances: np.ndarray) -> DesignPoint | None:

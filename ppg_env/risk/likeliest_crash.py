@@ -13,7 +13,7 @@ deviations e(t) are the most probable path to the crash.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -21,9 +21,13 @@ from scipy.special import log_ndtr
 from ppg_env.game.canonical import frame_of
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from ppg_env.risk.covering_halfspaces import HalfSpace, responses
 from ppg_env.risk.crash_events import CrashModel, make_crash_model
-from ppg_env.risk.design_points import DesignPoint, design_point, likeliest_in_steps
+from ppg_env.risk.design_points import (
+    DesignPoint,
+    design_point,
+    likeliest_in_steps,
+    paths_to,
+)
 from ppg_env.risk.union_bounds import RiskBounds, risk_bounds
 
 
@@ -102,7 +106,7 @@ def _crash(
     N, d = len(game.agents), game.dim
     states = np.zeros((len(processes.loops), T + 1, processes.loops.shape[1]))
     if beta:
-        path = -beta * _path(model, covariances, half, point.share)
+        path = -beta * paths_to(model, covariances, point)
         for side, s in enumerate(processes.parties[half.encounter]):
             if s >= 0:
                 states[s] = path[: T + 1, side]
@@ -122,17 +126,6 @@ def _crash(
         obstacle=other if moving else None,
         log_probability=log_probability,
     )
-
-
-def _path(model: CrashModel, covariances: np.ndarray, half: HalfSpace, share: float) -> np.ndarray:
-    """Return (H+1, 2, n) covariances of both processes with the half-space's standard normal."""
-    ends = {half.time: share, half.time - 1: 1.0 - share}
-    parts = [
-        weight * responses(model, covariances, replace(half, time=time))
-        for time, weight in ends.items()
-        if weight
-    ]
-    return np.sum(parts, axis=0)
 
 
 def _innovations(model: CrashModel, s: int, states: np.ndarray) -> np.ndarray:
