@@ -58,7 +58,7 @@ class Explanation:
             return "Likeliest crash: none, since no noise leads to one."
         names = " and ".join(parties(game, game.encounters[crash.encounter]))
         when = f"at t = {crash.time}"
-        if game.collisions == "swept":
+        if crash.share < 1.0:
             when = f"after {crash.share:.2f} of the step to t = {crash.time}"
         if not crash.beta:
             return f"Likeliest crash: {names} {when}, along their means: no noise is needed."

@@ -108,6 +108,8 @@ def _likeliest_moment(
     from scipy.optimize import minimize_scalar
 
     def at(share: float) -> DesignPoint:
+        if not share:  # the instant before
+            return design_point(model, covariances, encounter, time - 1)
         return design_point(model, covariances, encounter, time, share)
 
     probes = [at(float(share)) for share in PROBES]
