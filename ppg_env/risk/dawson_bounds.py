@@ -48,14 +48,6 @@ def log_union_bound(logs: np.ndarray, joint: np.ndarray) -> float:
     return float(logs[0] + max(np.log(best) + np.log1p(-SHY), 0.0))
 
 
-def dawson_sankoff(logs: np.ndarray, joint: np.ndarray) -> float:
-    """Return the bound of Dawson & Sankoff on all events, in place of the one above."""
-    off = ~np.eye(len(logs), dtype=bool)
-    single = float(np.exp(logs).sum())
-    number = 1.0 + float(np.exp(joint[off]).sum()) / single
-    return single * float(_least_share(np.array(number)))
-
-
 def _least_share(numbers: np.ndarray) -> np.ndarray:
     """Return phi, the least mean of 1/N for a whole number N >= 1 with the given mean."""
     whole = np.floor(numbers)

@@ -59,6 +59,20 @@ def design_point(
     return DesignPoint(half, share, tuple(int(face) for face in active))
 
 
+def with_its_faces(
+    model: CrashModel, covariances: np.ndarray, point: DesignPoint
+) -> list[DesignPoint]:
+    """Return the point, and at a corner also the half-spaces of its faces in place of its own."""
+    if len(point.faces) < 2:
+        return [point]
+    place = point.half.encounter, point.half.time
+    normals, depths = model.faces(place[0])
+    mean, spread = moment(model, covariances, *place, point.share)
+    room, faces = depths - normals @ mean, np.eye(len(normals))
+    halves = [half_space(*place, faces[f], normals, room, spread) for f in point.faces]
+    return [point, *(replace(point, half=half) for half in halves)]
+
+
 def moment(
     model: CrashModel, covariances: np.ndarray, encounter: int, time: int, share: float
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -2,14 +2,16 @@ r"""Proved lower bounds on the crash probability of a profile on its schedule.
 
 The events are overlaps A_e(t) at the likeliest instants; with ``collisions="swept"`` also those at
 shares of the likeliest steps, whose union is at most the overlap during the steps.  Each has an
-exact probability.  A joint one is at most that of the half-spaces which touch the collision sets
-in the design points (:mod:`ppg_env.risk.design_points`), a bivariate normal; events that share no
-body are independent.  :mod:`ppg_env.risk.dawson_bounds` bounds the union from below.
+exact probability.  A joint one is at most that of two half-spaces that contain the collision sets,
+a bivariate normal: those that touch the sets in the design points, or the faces of a corner
+(:mod:`ppg_env.risk.design_points`); events that share no body are independent.
+:mod:`ppg_env.risk.dawson_bounds` bounds the union from below.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from ppg_env.game.margins import membership
 from ppg_env.game.plan import Profile
 from ppg_env.risk.crash_events import CrashModel, make_crash_model
 from ppg_env.risk.dawson_bounds import log_joint_tails_above, log_union_bound
-from ppg_env.risk.design_points import design_point, moment, paths_to
+from ppg_env.risk.design_points import design_point, moment, paths_to, with_its_faces
 from ppg_env.risk.overlap import log_overlap
 from ppg_env.risk.union_bounds import RiskBounds
 
@@ -43,6 +45,14 @@ class _Event:
     log: float
 
 
+class _Half(NamedTuple):
+    """Responses of a half-space, its normal over the deviation, and the level of the mean."""
+
+    paths: np.ndarray
+    normal: np.ndarray
+    level: float
+
+
 def lower_bounds(
     game: Game, profile: Profile, bounds: RiskBounds
 ) -> tuple[tuple[float, ...], float]:
@@ -63,7 +73,7 @@ class _Unions:
     def __init__(self, model: CrashModel, logs: np.ndarray) -> None:
         self._model, self._logs = model, logs
         self._covariances = model.processes.covariances(model.game.horizon)
-        self._halves: dict[_Event, tuple[np.ndarray, np.ndarray, float]] = {}
+        self._halves: dict[_Event, list[_Half]] = {}
         self._known: dict[int, list[_Event]] = {}
 
     def bound(self, chosen: np.ndarray) -> float:
@@ -111,32 +121,48 @@ class _Unions:
 
     def _joint(self, events: list[_Event]) -> np.ndarray:
         """Return (K, K) upper bounds on the logs of the joint probabilities."""
-        for event in events:
-            if event not in self._halves:
-                self._halves[event] = self._half(event)
-        paths, normals, levels = zip(*(self._halves[event] for event in events), strict=True)
+        rows = [half for event in events for half in self._halves_of(event)]
+        owners = [k for k, event in enumerate(events) for _ in self._halves_of(event)]
+        first_rows = np.searchsorted(owners, np.arange(len(events)))
+        levels = np.array([row.level for row in rows])
+        rho = self._correlations(rows, [events[k] for k in owners])
+        joint = log_joint_tails_above(rho, *np.broadcast_arrays(levels[:, None], levels))
+        for axis in (0, 1):
+            joint = np.minimum.reduceat(joint, first_rows, axis=axis)
+        logs = np.array([event.log for event in events])
+        parties = self._model.processes.parties[[event.encounter for event in events]]
+        meet = (parties[:, None, :, None] == parties[None, :, None, :]) & (parties >= 0)[
+            :, None, :, None
+        ]
+        joint = np.minimum(joint, np.minimum(logs[:, None], logs))
+        return np.where(meet.any(axis=(2, 3)), joint, logs[:, None] + logs)
+
+    def _correlations(self, rows: list[_Half], events: list[_Event]) -> np.ndarray:
+        """Return (R, R) correlations of the half-spaces' standard normals."""
         parties = self._model.processes.parties[[event.encounter for event in events]]
         times = np.array([event.time for event in events])
         shares = np.array([event.share for event in events])[:, None, None]
-        K, d = len(events), self._model.processes.dim
-        rho, meet = np.zeros((K, K)), np.zeros((K, K), dtype=bool)
-        for k, path in enumerate(paths):
-            at = shares * path[times, :, :d] + (1 - shares) * path[np.maximum(times - 1, 0), :, :d]
-            values = np.einsum("lsd,ld->ls", at, np.array(normals))
+        normals, d = np.array([row.normal for row in rows]), self._model.processes.dim
+        rho = np.zeros((len(rows), len(rows)))
+        for k, row in enumerate(rows):
+            now, before = (row.paths[t, :, :d] for t in (times, np.maximum(times - 1, 0)))
+            values = np.einsum("lsd,ld->ls", shares * now + (1 - shares) * before, normals)
             for side, sign in enumerate((1.0, -1.0)):
                 same = (parties[:, side, None] == parties[k]) & (parties[k] >= 0)
                 rho[k] += sign * (values * same).sum(axis=1)
-                meet[k] |= same.any(axis=1)
-        logs = np.array([event.log for event in events])
-        first, second = np.broadcast_arrays(np.array(levels)[:, None], np.array(levels))
-        joint = log_joint_tails_above(np.clip(rho, -1.0, 1.0), first, second)
-        joint = np.minimum(joint, np.minimum(logs[:, None], logs))
-        return np.where(meet, joint, logs[:, None] + logs)
+        return np.clip(rho, -1.0, 1.0)
 
-    def _half(self, event: _Event) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return the responses of an event's half-space, its normal over deviation, its level."""
-        place = event.encounter, event.time, event.share
-        point = design_point(self._model, self._covariances, *place)
-        half = point.half
-        paths = paths_to(self._model, self._covariances, point)
-        return paths, half.normal / half.deviation, half.level
+    def _halves_of(self, event: _Event) -> list[_Half]:
+        """Return half-spaces that contain the collision set at the moment of an event."""
+        if event not in self._halves:
+            place = event.encounter, event.time, event.share
+            point = design_point(self._model, self._covariances, *place)
+            self._halves[event] = [
+                _Half(
+                    paths_to(self._model, self._covariances, option),
+                    option.half.normal / option.half.deviation,
+                    option.half.level,
+                )
+                for option in with_its_faces(self._model, self._covariances, point)
+            ]
+        return self._halves[event]

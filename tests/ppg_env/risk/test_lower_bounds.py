@@ -12,13 +12,20 @@ from scipy.stats import multivariate_normal
 
 from ppg_env import make_game
 from ppg_env.risk import risk_bounds
-from ppg_env.risk.dawson_bounds import dawson_sankoff, log_joint_tails_above, log_union_bound
+from ppg_env.risk.dawson_bounds import log_joint_tails_above, log_union_bound
 from ppg_env.risk.lower_bounds import lower_bounds
 from tests.oracles.plain_monte_carlo import case, counted, fly
 from tests.ppg_env.strategies import Play, plays
 from tests.profiles import examples
 
 OUTCOMES = st.lists(st.lists(st.booleans(), min_size=4, max_size=4), min_size=6, max_size=6)
+
+
+def dawson_sankoff(logs: np.ndarray, joint: np.ndarray) -> float:
+    """The bound of Dawson and Sankoff, from the sums of single and of joint probabilities."""
+    first, pairs = np.exp(logs).sum(), np.exp(joint)[np.triu_indices(len(logs), 1)].sum()
+    k = np.arange(1, len(logs) + 2)
+    return float((2 * first / (k + 1) - 2 * pairs / (k * (k + 1))).max())
 
 
 def arrays(chances: np.ndarray, happens: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
