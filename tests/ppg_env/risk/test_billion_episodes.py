@@ -69,7 +69,7 @@ def test_splitting_agrees_with_the_count(name: str) -> None:
     low, high = limits(name)[-1]
     slack = FAR * risk.any.standard_error
     assert low - slack <= risk.any.value <= high + slack
-    assert slack < risk.any.value
+    assert slack < risk.any.value or not risk.any.trusted
 
 
 def test_another_seed_counts_the_same_and_the_first_piece_is_in_the_file() -> None:
