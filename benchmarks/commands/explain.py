@@ -48,8 +48,11 @@ TOPICS: dict[str, dict[str, str]] = {
         "tightest; best faces without the cap; exact instants summed; less what successive "
         "instants share.  For overlaps during steps: half-spaces that cover them; the sum that "
         "programs minimise; less what successive half-spaces share.",
-        "exact": "Exact for each instant; over time at most the tightest bound, at least the "
-        "likeliest instant.  Not for overlaps during steps.",
+        "exact": "Exact for each instant; over time at most the tightest bound, at least a lower "
+        "bound from single and joint probabilities.  Not for overlaps during steps.",
+        "likeliest crash": "With --explain: the likeliest overlap, its reliability index beta (the "
+        "norm of the least noise that causes it), the first-order estimate Phi(-beta) of its "
+        "probability, and the deviations and noise of that path at each time.",
         "mc": "Episodes are simulated and crashes counted, with whom and when first.",
         "rare": "Crashes too rare to be counted: episodes on schedule drawn with a crash in sight "
         "and weighted; in the environment splitting by levels.",

@@ -20,6 +20,7 @@ from benchmarks.terminal import no_solution, print_json, print_table, working
 from solvers.planner_options import DEFAULTS, PlannerOptions
 
 if TYPE_CHECKING:
+    from benchmarks.crash_risk.explanation import Explanation
     from benchmarks.crash_risk.query import RiskQuery, RiskReport
 
 METHODS = {
@@ -66,6 +67,14 @@ class Request:
             help="For mc, 10^6 unless given; for rare, 10^5, or 40,000 of each level in env.",
         ),
     ] = None
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="For plans: print the likeliest crash and how it happens."),
+    ] = False
+    out: Annotated[
+        str | None,
+        typer.Option(metavar="PICTURE", help="Draw the likeliest crash: .png, .svg or .pdf."),
+    ] = None
     workers: WorkersOption = 1
 
 
@@ -98,6 +107,7 @@ def risk(
         if query.profile is not None:
             violations = evaluate(query.game, query.profile).violations()
         query = _with_request(query, request, status)
+        explanation = _explanation(query, request)
         started = monotonic()
         report = getattr(import_module(METHODS[request.method]), request.method)(query)
         seconds = monotonic() - started
@@ -115,11 +125,28 @@ def risk(
                 "seconds": seconds,
                 "complaints": violations,
                 "details": report.details,
+                **({} if explanation is None else {"likeliest_crash": explanation.report()}),
             }
         )
-    else:
-        title = f"{subject}: crash probability ({EVENTS[query.swept]}), {request.method}"
-        _print(title, query, report)
+        return
+    _print(f"{subject}: crash probability ({EVENTS[query.swept]}), {request.method}", query, report)
+    if explanation is not None:
+        explanation.print()
+
+
+def _explanation(query: RiskQuery, request: Request) -> Explanation | None:
+    """Return the likeliest crash, and draw it, if that was asked for."""
+    if not request.explain:
+        return None
+    from benchmarks.crash_risk.explanation import explain
+
+    explanation = explain(query)
+    if request.out is not None:
+        from benchmarks.crash_risk.picture import crash_picture
+
+        crash_picture(explanation, request.out)
+        typer.echo(f"picture: {request.out}", err=True)
+    return explanation
 
 
 def _check(request: Request) -> None:
@@ -132,6 +159,11 @@ def _check(request: Request) -> None:
     for name in ("arena", "swept", "against"):
         unused = getattr(request, name) and method not in ("mc", "rare")
         require(not unused, f"--{name}", "is for simulation", "add --method mc")
+    if request.out is not None:
+        from benchmarks.figures import picture_target
+
+        require(request.explain, "--out", "draws the likeliest crash", "add --explain")
+        picture_target("", request.out, as_json=False)
 
 
 def _query(

@@ -1,7 +1,7 @@
 r"""Analytic crash probabilities, for ``ppg risk``.
 
 bound   certified upper bounds: the paper's, and tighter ones
-exact   exact for each instant; over time [likeliest instant, tightest certified bound]
+exact   exact for each instant; over time [certified lower bound, tightest certified bound]
 
 Both are about the game's own event.  No exact probability of an overlap during a step is known.
 
@@ -48,7 +48,7 @@ def bound(query: RiskQuery) -> RiskReport:
         f"Upper bounds, {said}; ratio: to the tightest bound; see ppg explain risk.",
         tuple(chances[:-1]),
         chances[-1],
-        details=_details(query.game, risk),
+        details=_details(query.game, risk) | {"lower": _lower(query, risk)},
         columns=("ratio", *(COLUMNS[name] for name in others)),
         rows=tuple(rows),
     )
@@ -69,7 +69,11 @@ def exact(query: RiskQuery) -> RiskReport:
         "write bound, mc or rare",
     )
     risk = _bounds(query)
-    chances = [Chance(event.tree, event.least, event.tree) for event in (*risk.agents, risk.any)]
+    lows = _lower(query, risk)
+    chances = [
+        Chance(event.tree, low, event.tree)
+        for event, low in zip((*risk.agents, risk.any), lows, strict=True)
+    ]
     members = [set(encounter.agents) for encounter in query.game.encounters]
     agents = range(len(query.game.agents))
     chosen = [[i in some for some in members] for i in agents] + [[True] * len(members)]
@@ -77,7 +81,7 @@ def exact(query: RiskQuery) -> RiskReport:
         "Exact for each instant; over time an upper and a lower bound; see ppg explain risk.",
         tuple(chances[:-1]),
         chances[-1],
-        details=_details(query.game, risk),
+        details=_details(query.game, risk) | {"lower": lows},
         columns=("likeliest instant",),
         rows=tuple((_likeliest(query.game, risk.log_instants, some),) for some in chosen),
     )
@@ -90,6 +94,15 @@ def _bounds(query: RiskQuery) -> RiskBounds:
         name = "this player" if query.entrant is None else query.entrant.name
         raise InputError("--player", f"is {name}, which has no plan", "use --method mc")
     return risk_bounds(query.game, query.profile)
+
+
+def _lower(query: RiskQuery, risk: RiskBounds) -> list[float]:
+    """Return a lower bound for each agent, and for any agent."""
+    from ppg_env.risk.lower_bounds import lower_bounds
+
+    assert query.profile is not None
+    each, of_any = lower_bounds(query.game, query.profile, risk)
+    return [*each, of_any]
 
 
 def _times(event: Bounds, name: str) -> str:

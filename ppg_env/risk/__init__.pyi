@@ -1,6 +1,9 @@
 from .importance_sampling import CrashWeights as CrashWeights
 from .importance_sampling import crash_weights as crash_weights
 from .importance_sampling import rare_risk as rare_risk
+from .likeliest_crash import LikeliestCrash as LikeliestCrash
+from .likeliest_crash import likeliest_crash as likeliest_crash
+from .lower_bounds import lower_bounds as lower_bounds
 from .monte_carlo import CrashCounts as CrashCounts
 from .monte_carlo import PairedCounts as PairedCounts
 from .monte_carlo import crash_counts as crash_counts

@@ -45,8 +45,8 @@ class Scratch:
         return array
 
 
-def check_request(samples: int, seed: int) -> None:
-    """Raise :class:`~ppg_env.errors.InputError` for a number of samples or a seed out of range."""
+def check_request(samples: int, seed: int, start: int = 0) -> None:
+    """Raise :class:`~ppg_env.errors.InputError` for a request out of range."""
     require(
         1 <= samples <= MOST_SAMPLES,
         "samples",
@@ -54,6 +54,8 @@ def check_request(samples: int, seed: int) -> None:
         f"ask for 1 to {MOST_SAMPLES:,} episodes",
     )
     require(seed >= 0, "seed", f"is {seed}", "give a number that is not negative")
+    whole = start >= 0 and start % BLOCK == 0
+    require(whole, "start", f"is {start}", f"give a multiple of {BLOCK:,} that is not negative")
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:
@@ -62,14 +64,15 @@ def generator(seed: int, *key: int) -> np.random.Generator:
 
 
 def over_blocks(
-    function: Callable[[int, int], Result], samples: int, workers: int = 1
+    function: Callable[[int, int], Result], samples: int, workers: int = 1, start: int = 0
 ) -> Iterator[tuple[int, Result]]:
     """Yield, in order, each block's number of episodes and ``function(block, episodes)``.
 
-    There are ``workers`` threads; NumPy and compiled code run in parallel.
+    There are ``workers`` threads; NumPy and compiled code run in parallel.  The first ``start``
+    episodes, whole blocks, are left out.
     """
-    blocks = -(-samples // BLOCK)
-    jobs = ((b, min(BLOCK, samples - b * BLOCK)) for b in range(blocks))
+    blocks, end = range(start // BLOCK, -(-(start + samples) // BLOCK)), start + samples
+    jobs = ((b, min(BLOCK, end - b * BLOCK)) for b in blocks)
     if workers == 1:
         for number, episodes in jobs:
             yield episodes, function(number, episodes)

@@ -51,10 +51,10 @@ class HalfSpaces:
 
 def cover(model: CrashModel) -> HalfSpaces:
     """Return half-spaces of positive probability that cover every crash of ``model``."""
-    halves = [h for h in _cover(model) if h.tail > 0]
+    halves = [h for h in each_half_space(model) if h.tail > 0]
     d, n = model.processes.dim, model.processes.loops.shape[1]
     covariances = model.processes.covariances(model.steps)
-    responses = [_responses(model, covariances, h) for h in halves]
+    paths = [responses(model, covariances, h) for h in halves]
     encounter = np.array([h.encounter for h in halves], dtype=np.int64)
     return HalfSpaces(
         encounter=encounter,
@@ -64,12 +64,14 @@ def cover(model: CrashModel) -> HalfSpaces:
         offsets=np.array([h.offset for h in halves]),
         deviations=np.array([h.deviation for h in halves]),
         tails=np.array([h.tail for h in halves]),
-        responses=np.array(responses).reshape(len(halves), model.steps + 1, 2, n),
+        responses=np.array(paths).reshape(len(halves), model.steps + 1, 2, n),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _HalfSpace:
+class HalfSpace:
+    """One of these events; see :class:`HalfSpaces`."""
+
     encounter: int
     time: int
     normal: np.ndarray
@@ -77,8 +79,16 @@ class _HalfSpace:
     deviation: float
     tail: float
 
+    @property
+    def level(self) -> float:
+        """Distance of the mean in standard deviations; infinite for certain and void events."""
+        if np.isinf(self.offset):
+            return -np.inf if self.tail else np.inf
+        return -self.offset / self.deviation
 
-def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
+
+def each_half_space(model: CrashModel) -> Iterator[HalfSpace]:
+    """Yield the half-spaces, those without probability too: one per instant, two per step."""
     covariances, d = model.processes.covariances(model.steps), model.processes.dim
     for e, parties in enumerate(model.processes.parties):
         total = covariances[:, parties[parties >= 0], :d, :d].sum(axis=1)
@@ -88,7 +98,7 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
         if not model.swept:
             for t in range(last):
                 weights = nearest_weights(normals, rooms[t], total[t])
-                yield _half_space(e, t, weights, normals, rooms[t], total[t])
+                yield half_space(e, t, weights, normals, rooms[t], total[t])
             continue
         for t in range(1, min(last, model.game.horizon) + 1):
             ends = (t - 1, t)
@@ -97,37 +107,38 @@ def _cover(model: CrashModel) -> Iterator[_HalfSpace]:
                 for s in PROBES
             ]
             pairs = [
-                [_half_space(e, k, mix, normals, rooms[k], total[k]) for k in ends]
+                [half_space(e, k, mix, normals, rooms[k], total[k]) for k in ends]
                 for mix in (*np.eye(len(normals)), *between)
             ]
             yield from min(pairs, key=lambda pair: sum(h.tail for h in pair))
 
 
-def _half_space(
+def half_space(
     encounter: int,
     time: int,
     weights: np.ndarray,
     normals: np.ndarray,
     room: np.ndarray,
     covariance: np.ndarray,
-) -> _HalfSpace:
+) -> HalfSpace:
+    """Return the half-space of faces with ``weights``, whose room at the mean is ``room``."""
     from scipy.special import ndtr
 
     normal = weights @ normals
     length = float(np.linalg.norm(normal))
     if length <= tol.FLAT * weights.sum() or not length:
-        return _HalfSpace(encounter, time, np.zeros_like(normal), np.inf, 1.0, 1.0)
+        return HalfSpace(encounter, time, np.zeros_like(normal), np.inf, 1.0, 1.0)
     normal, offset = normal / length, float(weights @ room) / length + SLACK
     deviation = float(np.sqrt(max(normal @ covariance @ normal, 0.0)))
     if deviation > tol.DEVIATION:
-        return _HalfSpace(
+        return HalfSpace(
             encounter, time, normal, offset, deviation, float(ndtr(offset / deviation))
         )
     certain = offset >= 0
-    return _HalfSpace(encounter, time, 0 * normal, np.inf, 1.0, float(certain))
+    return HalfSpace(encounter, time, 0 * normal, np.inf, 1.0, float(certain))
 
 
-def _responses(model: CrashModel, covariances: np.ndarray, half: _HalfSpace) -> np.ndarray:
+def responses(model: CrashModel, covariances: np.ndarray, half: HalfSpace) -> np.ndarray:
     """Return (T+1, 2, n) covariances of both processes with the half-space's standard normal."""
     T, (_, n, _) = model.steps, model.processes.loops.shape
     result, direction = np.zeros((T + 1, 2, n)), np.zeros(n)

@@ -13,7 +13,7 @@ and profiles of one game meet the same noise.  Memory does not grow with the num
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from operator import add
 from typing import TypeVar
@@ -108,6 +108,7 @@ def crash_counts(
     seed: int = 0,
     *,
     swept: bool | None = None,
+    start: int = 0,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> CrashCounts:
@@ -120,6 +121,9 @@ def crash_counts(
     swept
         Whether overlaps count during the steps, or at the instants only; by default as ``game``
         says.
+    start
+        Episodes, a multiple of 1,024, that an earlier piece has counted: the sum of the pieces
+        equals the count of all episodes at once.
     workers
         Number of threads.
     progress
@@ -128,7 +132,7 @@ def crash_counts(
     Raises
     ------
     InputError
-        If there is no episode to simulate, or the seed is negative.
+        If there is no episode to simulate, the seed is negative, or ``start`` is no multiple.
     """
     model = make_crash_model(game, profile, swept=swept)
     starts, scratch = bool(model.processes.sigma0.any()), model.processes.scratch(model.steps)
@@ -137,7 +141,8 @@ def crash_counts(
         errors = model.processes.draw(generator(seed, number), scratch(), starts)
         return _counts(model.watch(errors, episodes), episodes)
 
-    return _total(block, samples, seed, workers, progress)
+    check_request(samples, seed, start)
+    return _total(over_blocks(block, samples, workers, start), progress)
 
 
 def paired_counts(
@@ -191,7 +196,8 @@ def paired_counts(
         counts = [_counts(record, episodes) for record in records]
         return PairedCounts(counts[0], counts[1], (a & ~b).sum(axis=1), (b & ~a).sum(axis=1))
 
-    return _total(block, samples, seed, workers, progress)
+    check_request(samples, seed)
+    return _total(over_blocks(block, samples, workers), progress)
 
 
 def _counts(record: OverlapRecord, episodes: int) -> CrashCounts:
@@ -200,17 +206,10 @@ def _counts(record: OverlapRecord, episodes: int) -> CrashCounts:
     )
 
 
-def _total(
-    block: Callable[[int, int], Counts],
-    samples: int,
-    seed: int,
-    workers: int,
-    progress: Callable[[int], None] | None,
-) -> Counts:
+def _total(blocks: Iterable[tuple[int, Counts]], progress: Callable[[int], None] | None) -> Counts:
     """Add up the counts of all blocks."""
-    check_request(samples, seed)
     totals: list[Counts] = []
-    for episodes, counts in over_blocks(block, samples, workers):
+    for episodes, counts in blocks:
         totals = [totals[0] + counts if totals else counts]
         if progress is not None:
             progress(episodes)

@@ -12,6 +12,7 @@ from scipy.stats import norm
 from ppg_env import (
     Agent,
     Game,
+    InputError,
     Polytope,
     evaluate,
     make_game,
@@ -56,6 +57,17 @@ def test_results_do_not_depend_on_the_number_of_workers() -> None:
     )
     assert one.any == two.any == four.any > 0
     assert one.agents.tolist() == two.agents.tolist() == four.agents.tolist()
+
+
+def test_pieces_add_up_to_the_whole() -> None:
+    game = close_pair()
+    whole, first = (crash_counts(game, straight(game), k * BLOCK, seed=3) for k in (3, 1))
+    rest = crash_counts(game, straight(game), 2 * BLOCK, seed=3, start=BLOCK)
+    assert rest.any > 0
+    for total, joined in zip(vars(whole).values(), vars(first + rest).values(), strict=True):
+        np.testing.assert_array_equal(total, joined)
+    with pytest.raises(InputError, match="start"):
+        crash_counts(game, straight(game), BLOCK, start=BLOCK + 1)
 
 
 def test_more_samples_only_add_episodes() -> None:

@@ -4,6 +4,9 @@
     messages, and of Alfano (Laas2015Test with the bounds of Serra et al., a method with proof;
     Alfano2005Test for the last case)
     NASA CARA Analysis Tools, PcCircle_UnitTest.m and Pc2D_Foster_UnitTest.m (the cases of Omitron)
+    Alfano, Satellite conjunction Monte Carlo analysis, AAS 09-233 (2009): states and covariances of
+    eleven cases at the closest approach and, in PcCircle_UnitTest.m to 1e-3, their probabilities
+    where the relative motion is straight; the twelfth has no relative velocity
 
 CARA's quadrature of 64 points is inexact for the long ellipse of its last case, compared to
 3e-4.  A circle is approximated by regular polygons of n corners, I within and C without;
@@ -95,3 +98,11 @@ def test_the_square_of_nasa_cara():
     miss, covariance = encounter_plane(DATA["cara"]["omitron_1"])
     square = 0.020 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) + [miss, 0.0]
     assert polygon(square, covariance) == pytest.approx(3.44534649703584e-05, rel=1e-10)
+
+
+@pytest.mark.parametrize("row", DATA["alfano"], ids=lambda row: f"case {row['case']}")
+def test_cases_of_alfano(row):
+    miss, covariance = encounter_plane(row)
+    inner, outer, exact = circle(np.array([miss, 0.0]), row["radius"], covariance)
+    assert inner <= exact <= outer
+    assert exact == pytest.approx(row["probability"], rel=1e-3)
