@@ -35,6 +35,7 @@ assert copies is not None
 assert copies.submodule_search_locations is not None
 html_static_path = [str(Path(copies.submodule_search_locations[0], "static/mathjax/tex-svg.js"))]
 mathjax_path = "tex-svg.js"
+html_extra_path = ["editor.html"]
 
 # Notebooks are text (MyST, as Jupytext reads it).  An error in a cell is a warning, which fails.
 nb_execution_mode = "force"
@@ -47,11 +48,9 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "matplotlib_animations": True,
     "within_subsection_order": "FileNameSortKey",
-    "min_reported_time": 1000,
-    "show_memory": False,
+    "min_reported_time": 1000,  # seconds: times of one machine are not shown
+    "write_computation_times": False,
     "show_signature": False,
-    "remove_config_comments": True,
-    "plot_gallery": "True",
 }
 
 # The extra `docs` has no learners: their modules are read without them, and so the pages are the
