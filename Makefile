@@ -72,7 +72,7 @@ format: $(VENV)/.lint ## Rewrite the code in the project's style
 	$(BIN)/ruff format
 
 clean: ## Remove the virtual environments and everything built
-	rm -rf $(VENV) .venv-* .neighbours build dist out docs/_build *.egg-info
+	rm -rf $(VENV) .venv-* .neighbours build dist out docs/_build docs/pictures *.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis
 	find $(PACKAGES) tests docs -type d -name __pycache__ -prune -exec rm -rf {} +
 

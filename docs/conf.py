@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from importlib.metadata import version as version_of
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +16,42 @@ author = "The path planning games contributors"
 release = version = version_of("path-planning-games")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
+    "sphinx_gallery.gen_gallery",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "tables",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "gallery", "pictures/*.ipynb"]
 smartquotes = False  # they would turn --json into a dash
 
 myst_enable_extensions = ["amsmath", "dollarmath"]
 myst_heading_anchors = 4
+
+# A copy of MathJax that comes as a package: formulas are drawn without a network.
+copies = find_spec("sphinx-mathjax-offline")
+assert copies is not None
+assert copies.submodule_search_locations is not None
+html_static_path = [str(Path(copies.submodule_search_locations[0], "static/mathjax/tex-svg.js"))]
+mathjax_path = "tex-svg.js"
+html_extra_path = ["editor.html"]
+
+# Notebooks are text (MyST, as Jupytext reads it).  An error in a cell is a warning, which fails.
+nb_execution_mode = "force"
+nb_execution_timeout = 120
+nb_merge_streams = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "pictures",
+    "abort_on_example_error": True,
+    "matplotlib_animations": True,
+    "within_subsection_order": "FileNameSortKey",
+    "min_reported_time": 1000,  # seconds: times of one machine are not shown
+    "write_computation_times": False,
+    "show_signature": False,
+}
 
 # The extra `docs` has no learners: their modules are read without them, and so the pages are the
 # same whether or not they are installed.

@@ -34,8 +34,8 @@ GROUND = {"errors", "tolerances"}
 """Imported by most files; the picture draws no arrows to them."""
 
 DOORS = (
-    "ppg_env", "ppg_env.game", "ppg_env.env", "ppg_env.risk", "solvers", "baselines",
-    "benchmarks.sweeps",
+    "ppg_env", "ppg_env.game", "ppg_env.env", "ppg_env.risk", "ppg_env.plotting", "solvers",
+    "baselines", "benchmarks.sweeps",
 )  # fmt: skip
 HEAVY = (
     "cvxpy", "torch", "matplotlib", "scipy.optimize", "stable_baselines3", "PIL", "joblib",
@@ -289,11 +289,11 @@ def test_examples_import_public_doors_only(page: Path) -> None:
 
 def test_the_check_of_doors_bites() -> None:
     lines = (
-        "from ppg_env import make_game, plotting",
+        "from ppg_env import make_game, formats",
         "from solvers import budget",
         "import numpy",
     )
     page = "```python\n" + "\n".join((*lines, "import ppg_env.game.game as g")) + "\n```"
-    inner = ["ppg_env.game.game", "ppg_env.plotting", "solvers.budget"]
+    inner = ["ppg_env.formats", "ppg_env.game.game", "solvers.budget"]
     assert beyond_the_doors(page) == inner
     assert beyond_the_doors("```python\nfrom ppg_env import scenarios\n```") == []

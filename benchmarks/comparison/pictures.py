@@ -17,14 +17,9 @@ from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
-from ppg_env.plotting import (
-    COLOURS,
-    as_drawn,
-    closest_approach,
-    draw_game,
-    draw_paths,
-    draw_profile,
-)
+from ppg_env.plotting.bodies import COLOURS, as_drawn, draw_game
+from ppg_env.plotting.episodes import draw_paths
+from ppg_env.plotting.profiles import closest_approach, draw_profile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

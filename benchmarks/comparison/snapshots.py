@@ -6,7 +6,7 @@ Needs the extra ``render`` (matplotlib).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +15,10 @@ from benchmarks.figures import new_figure, write_figure
 from ppg_env.errors import require
 from ppg_env.game.between_steps import overlaps_between_steps
 from ppg_env.game.game import Game
-from ppg_env.game.plan import Plan, Profile
-from ppg_env.game.workspace import workspace_limits, workspace_rows
-from ppg_env.plotting import COLOURS, as_drawn, mark_overlaps, outline, overlap_label, plane
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ppg_env.game.plan import Profile
+from ppg_env.plotting.bodies import as_drawn, outline
+from ppg_env.plotting.moments import draw_moment, last_step
+from ppg_env.plotting.overlaps import mark_overlaps, overlap_label
 
 LEGEND = "star: goal   dark: body at t   pale: the step before   dotted: within, of the centre"
 
@@ -70,7 +68,7 @@ def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: 
         axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
         axes.tick_params(labelsize=7)
-        _draw(axes, game, profile, time)
+        draw_moment(axes, game, profile, time)
         during = [overlap for overlap in overlaps if overlap.step + 1 == time]
         if during:
             mark_overlaps(axes, game, profile, during)
@@ -80,47 +78,10 @@ def snapshots_picture(game: Game, profile: Profile, times: Sequence[int], path: 
     write_figure(figure, path)
 
 
-def _draw(axes: Axes, game: Game, profile: Profile, time: int) -> None:
-    """Draw what is where at ``time``, and each body's step before."""
-    from matplotlib.patches import Polygon
-
-    for obstacle in game.obstacles:
-        if obstacle.until is None or time < obstacle.until:
-            axes.add_patch(Polygon(outline(obstacle.vertices_at(time)), color="0.75", zorder=0))
-    for corners in _workspaces(axes, game):
-        axes.add_patch(Polygon(corners, fill=False, edgecolor="0.5", linestyle=":", zorder=0))
-    for i, (agent, plan) in enumerate(zip(game.agents, profile, strict=True)):
-        colour = COLOURS[i % len(COLOURS)]
-        goal = agent.goal[: game.dim]
-        axes.plot(
-            *plane(goal), marker="*", markersize=8, color=colour, markeredgecolor="white", zorder=5
-        )
-        if game.on_goal == "remove" and time > _end(plan, game):
-            continue
-        path = plan.means[: min(time, _end(plan, game)) + 1, : game.dim]
-        axes.plot(*plane(path.T), color=colour, linewidth=0.9, marker=".", markersize=3, zorder=3)
-        body = outline(agent.shape.vertices)
-        axes.add_patch(Polygon(_hull(body, path[-2:]), facecolor=colour, alpha=0.25, zorder=1))
-        axes.add_patch(Polygon(body + path[-1], facecolor=colour, alpha=0.8, zorder=2))
-
-
-def _end(plan: Plan, game: Game) -> int:
-    return game.horizon if plan.arrival is None else plan.arrival
-
-
-def _hull(body: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the outline of all that ``body`` touches on the straight line between ``ends``."""
-    from scipy.spatial import ConvexHull
-
-    points = (ends[:, None] + body).reshape(-1, 2)
-    hull: np.ndarray = points[ConvexHull(points).vertices]
-    return hull
-
-
 def _view(game: Game, profile: Profile) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of what is drawn: bodies at all times, obstacles near."""
     moved = [
-        (plan.means[: _end(plan, game) + 1, None, :2] + outline(agent.shape.vertices)).reshape(
+        (plan.means[: last_step(plan, game) + 1, None, :2] + outline(agent.shape.vertices)).reshape(
             -1, 2
         )
         for agent, plan in zip(game.agents, profile, strict=True)
@@ -129,31 +90,3 @@ def _view(game: Game, profile: Profile) -> tuple[np.ndarray, np.ndarray]:
     low, high = points.min(axis=0), points.max(axis=0)
     border = BORDER * float((high - low).max())
     return low - border, high + border
-
-
-def _workspaces(axes: Axes, game: Game) -> list[np.ndarray]:
-    """Return the outlines, within the axes, of the sets in which positions stay at time 0."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    distinct: dict[bytes, np.ndarray] = {}
-    for agent in game.agents:
-        rows, limits = workspace_rows(agent), workspace_limits(agent, game.horizon)[0]
-        placed = ~rows[:, game.dim :].any(axis=1)
-        corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
-        for normal, limit in zip(rows[placed, : game.dim], limits[placed], strict=True):
-            corners = _clipped(corners, normal, limit)
-        if placed.any() and len(corners) > 2:
-            distinct.setdefault(corners.tobytes(), corners)
-    return list(distinct.values())
-
-
-def _clipped(corners: np.ndarray, normal: np.ndarray, limit: float) -> np.ndarray:
-    """Return the part of a convex polygon where ``normal`` x <= ``limit``."""
-    kept = []
-    excess = corners @ normal - limit
-    for k, (here, over) in enumerate(zip(corners, excess, strict=True)):
-        before, was = corners[k - 1], excess[k - 1]
-        if (over > 0) != (was > 0):
-            kept.append(before + (here - before) * was / (was - over))
-        if over <= 0:
-            kept.append(here)
-    return np.array(kept).reshape(-1, 2)

@@ -17,7 +17,7 @@ from benchmarks.reproduction.run import Reproduction
 from benchmarks.sweeps import Row
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.game.game import Game
-from ppg_env.plotting import COLOURS, outline, plane
+from ppg_env.plotting.bodies import COLOURS, outline, plane
 
 DECIMALS = 3
 """Decimals of coordinates: a thousandth of a length is far below the resolution of a screen."""

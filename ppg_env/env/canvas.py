@@ -14,7 +14,7 @@ import numpy as np
 
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
-from ppg_env.plotting import outline, plane
+from ppg_env.plotting.bodies import outline, plane
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -42,7 +42,7 @@ from ppg_env.env.observation import moving_obstacles
 from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.env.window import Window
 from ppg_env.game.game import Game
-from ppg_env.plotting import COLOURS, plane
+from ppg_env.plotting.bodies import COLOURS, plane
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -6,7 +6,6 @@ import json
 import re
 import shlex
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from html import unescape
 from itertools import product
@@ -24,28 +23,13 @@ from benchmarks.reproduction.page import page as whole_page
 from benchmarks.reproduction.pictures import draw
 from benchmarks.reproduction.run import Reproduction, judge_claims, reproduce
 from benchmarks.sweeps import Row, Store
+from tests.browser import reading
 
 SIDES = ("selfish", "social")
 NEAR = 1e-3
 """Coordinates are rounded to three decimals."""
 
 pytestmark = pytest.mark.slow
-
-
-@contextmanager
-def reading(browser: Browser, path: Path, **options: object) -> Iterator[Page]:
-    """The page in ``path``, opened; at the end, nothing was asked of others or complained of."""
-    asked: list[str] = []
-    said: list[str] = []
-    page = browser.new_page(**options)
-    page.on("request", lambda request: asked.append(request.url))
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
-    page.goto(path.as_uri())
-    yield page
-    page.close()
-    assert [url for url in asked if not url.startswith("data:")] == [path.as_uri()]
-    assert said == []
 
 
 @pytest.fixture(scope="module")
