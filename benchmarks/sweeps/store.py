@@ -87,7 +87,10 @@ class Store:
             "name a new file, and export the old one with the release that wrote it",
         )
         require(
-            not tables or self._complete(), str(self.path), "lacks columns", "name another file"
+            not tables or self._complete(),
+            str(self.path),
+            "has no plain table of rows with all columns",
+            "name another file",
         )
         self._base.execute("PRAGMA journal_mode = WAL")
         self._base.execute("PRAGMA synchronous = NORMAL")
@@ -116,7 +119,10 @@ class Store:
 
     def _complete(self) -> bool:
         columns = {name for _, name, *_ in self._base.execute("PRAGMA table_info(rows)")}
-        return columns == {*COLUMNS, "digest"}
+        # A view could be endless, and a trigger changes rows that are written.
+        objects = "SELECT type FROM sqlite_master WHERE name = 'rows' OR type = 'trigger'"
+        kinds = [kind for (kind,) in self._base.execute(objects)]
+        return columns == {*COLUMNS, "digest"} and kinds == ["table"]
 
     def _identity(self) -> tuple[int, int] | None:
         try:
@@ -220,6 +226,10 @@ class Store:
         except sqlite3.DatabaseError as error:
             problem, remedy = _problem_and_remedy(error)
             raise InputError(str(self.path), problem, remedy) from None
+        except UnicodeDecodeError:  # SQLite quotes a damaged schema
+            raise InputError(
+                str(self.path), "is not a store of rows (damaged text)", "name another file"
+            ) from None
 
 
 AGAIN = "and run the same command again: all rows stored so far are kept"

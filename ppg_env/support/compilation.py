@@ -54,7 +54,7 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         if not options.get("cache"):
             raise
         dispatcher = _elsewhere(function, options)
-    if options.get("cache"):
+    if options.get("cache") and not numba.config.DISABLE_JIT:
         dispatcher.compile = _once(dispatcher, dispatcher.compile)
     return dispatcher
 
