@@ -15,6 +15,7 @@ row has a digest of its entries: a row that a disk or a program has damaged coun
 from __future__ import annotations
 
 import json
+import shutil
 import sqlite3
 import warnings
 import zlib
@@ -224,7 +225,7 @@ class Store:
         try:
             yield
         except sqlite3.DatabaseError as error:
-            problem, remedy = _problem_and_remedy(error)
+            problem, remedy = _problem_and_remedy(error, self.path.parent)
             raise InputError(str(self.path), problem, remedy) from None
         except UnicodeDecodeError:  # SQLite quotes a damaged schema
             raise InputError(
@@ -235,9 +236,14 @@ class Store:
 AGAIN = "and run the same command again: all rows stored so far are kept"
 
 
-def _problem_and_remedy(error: sqlite3.DatabaseError) -> tuple[str, str]:
+ROOM = 64 << 10
+"""Bytes that SQLite needs to open its log; with fewer it reports an error of the disk."""
+
+
+def _problem_and_remedy(error: sqlite3.DatabaseError, folder: Path) -> tuple[str, str]:
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extension
-    if code == sqlite3.SQLITE_FULL:
+    full = code == sqlite3.SQLITE_IOERR and shutil.disk_usage(folder).free < ROOM
+    if full or code == sqlite3.SQLITE_FULL:
         return "has no room left (the disk is full)", f"free some space, {AGAIN}"
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "is locked by another program", f"wait for it or stop it, {AGAIN}"

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import config, types
+from numba import types
 from numba.experimental import structref
 
 from ppg_env.env.arrays import Tables
-from ppg_env.support.compilation import njit
+from ppg_env.support.compilation import INTERPRETED, njit
 
 
 @structref.register
@@ -35,5 +35,5 @@ def _as_they_are(tables: Tables) -> Any:
 
 
 # Numba's structures do not work where its compiler is switched off (NUMBA_DISABLE_JIT=1).
-link = _as_they_are if config.DISABLE_JIT else njit(cache=True)(_linked)
+link = _as_they_are if INTERPRETED else njit(cache=True)(_linked)
 """Return :class:`ppg_env.env.arrays.Tables` as a structure."""

@@ -54,10 +54,10 @@ def run(name: str, size: float, part: str | None) -> int:
         print(f"{mark} {name}: {figure.what}: {figure.tried}; {figure.result}", flush=True)
         for failure in figure.failures[:20]:
             print(f"       {failure}", flush=True)
-    spent = os.times()
-    seconds = spent.user + spent.system + spent.children_user + spent.children_system
-    save(name, size, seconds, figures, add=part is not None)
-    write_page()
+        spent = os.times()  # stored at once: a drill may be ended from outside
+        seconds = spent.user + spent.system + spent.children_user + spent.children_system
+        save(name, size, seconds, figures, add=part is not None)
+        write_page()
     return int(not all(figure.passed for figure in figures))
 
 

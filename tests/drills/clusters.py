@@ -87,7 +87,7 @@ def _started(words: Sequence[object], root: Path) -> Iterator[None]:
     with (root / "cluster.log").open("ab") as log:
         process = subprocess.Popen(
             list(map(str, words)), cwd=root, stdout=log, stderr=log, start_new_session=True,
-            env=_clean(),
+            env=_clean(root),
         )  # fmt: skip
     try:
         yield
@@ -103,7 +103,7 @@ def _started(words: Sequence[object], root: Path) -> Iterator[None]:
 
 def _run(words: Sequence[object], root: Path, variables: dict[str, str] | None = None) -> None:
     done = subprocess.run(
-        list(map(str, words)), cwd=root, env=_clean() | (variables or {}), check=False,
+        list(map(str, words)), cwd=root, env=_clean(root) | (variables or {}), check=False,
         capture_output=True, text=True,
     )  # fmt: skip
     if done.returncode != 0:
@@ -114,9 +114,10 @@ def _run(words: Sequence[object], root: Path, variables: dict[str, str] | None =
         )
 
 
-def _clean() -> dict[str, str]:
-    """Return the environment without the paths of this checkout."""
-    return {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+def _clean(root: Path) -> dict[str, str]:
+    """Return the environment without the paths of this checkout, and with an empty home."""
+    kept = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    return kept | {"HOME": str(root)}
 
 
 def _wait_for(address: str) -> None:

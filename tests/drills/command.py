@@ -65,7 +65,7 @@ def ppg(
         code, used = _awaited(process, seconds)
         texts = [_read(stream) for stream in (out, err)]
     process.returncode = 0 if code is None else code
-    return Ended(code, *texts, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+    return Ended(code, texts[0], texts[1], used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
 
 
 def _awaited(process: subprocess.Popen[bytes], seconds: float) -> tuple[int | None, Any]:

@@ -23,7 +23,7 @@ WRITERS: dict[str, tuple[object, ...]] = {
     "solve --out": ("solve", "intersection", "--out", "plan.json"),
     "export": ("export", "../plan.json", "--out", "plan.csv", "--episodes", 2000),
     "render": ("render", "../plan.json", "--out", "plan.png"),
-    "show": ("show", "circle(4)", "--out", "game.png"),
+    "show": ("show", "circle(4)", "--out", "game.toml"),
     "library run": ("library", "run", "straight", "door*", "--runs", "runs.jsonl"),
     "train": ("train", "intersection", "--steps", 1024, "--out", "players.npz"),
 }
@@ -39,7 +39,7 @@ def drill(_size: float) -> Iterator[Figure]:
         good = stored(root / "good.db")
         for kind, words in WRITERS.items():
             with _tmpfs(root, "size=64k") as full:
-                (full / "filler").write_bytes(bytes(56 << 10))
+                (full / "filler").write_bytes(bytes(64 << 10))
                 yield _refused(f"full disk: {kind}", ppg(*words, folder=full), full)
         with _tmpfs(root, "size=100k") as full:
             yield _continued(full, lambda: ppg(*SWEEP, *STORE, folder=full), good)

@@ -154,7 +154,7 @@ def _mixed(solved: list[Any]) -> Iterator[Figure]:
     for name, (change, sound) in MIXED.items():
         ends, failures, solve = Counter[str](), list[str](), backend.solve
         for k, (game, truth) in enumerate(solved):
-            with mock.patch.object(backend, "solve", lambda *given: change(solve(*given))):
+            with mock.patch.object(backend, "solve", _changed(solve, change)):
                 results = [
                     social_optimum(game, solver="HIGHS", time_limit=5),
                     best_response_dynamics(game, solver="HIGHS", max_sweeps=2, time_limit=5),
@@ -165,6 +165,10 @@ def _mixed(solved: list[Any]) -> Iterator[Figure]:
             if nash.profile is not None and _checked(game, nash.profile) is None:
                 failures.append(f"game {k}, dynamics: a plan that the checker refuses")
         yield _figure(f"mixed-integer programs: {name}", 2 * len(solved), "runs", ends, failures)
+
+
+def _changed(solve: Callable[..., Any], change: Callable[[Any], Any]) -> Callable[..., Any]:
+    return lambda *given: change(solve(*given))
 
 
 def _figure(what: str, count: int, unit: str, ends: Counter[str], failures: list[str]) -> Figure:

@@ -59,7 +59,7 @@ def load() -> dict[str, Any]:
 def save(
     name: str, size: float, seconds: float, figures: list[Figure], *, add: bool = False
 ) -> None:
-    """Store the figures of one drill, in place of its earlier ones, or of those of the same name."""
+    """Store the figures of one drill, in place of all earlier ones or of those of equal names."""
     kept = [asdict(figure) | {"failures": list(figure.failures[:SHOWN])} for figure in figures]
     stored = load()
     if add and name in stored:

@@ -83,27 +83,23 @@ def _fuzzed(kind: str, target: Target, folder: Path, count: int, watch: Watch) -
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     watch.events.clear()
     for k in range(count):
-        data = corpus[k] if k < len(target.seeds) else target.mutate(
-            random.choice(random.choice((target.seeds, corpus[-200:]))), random.choice(corpus), random
-        )  # fmt: skip
+        parent = random.choice(random.choice((target.seeds, corpus[-200:])))
+        data = target.mutate(parent, random.choice(corpus), random)
         path.write_bytes(data)
         started = perf_counter()
-        ended = [""]
-        new = lines.during(lambda: ended.__setitem__(0, _outcome(target, path, watch)))
+        ended, new = lines.during(_outcome, target, path, watch)
         slowest = max(slowest, perf_counter() - started)
-        ends[ended[0].split(":")[0]] += 1
-        if ended[0].startswith("failed"):
-            failures.setdefault(ended[0], f"{ended[0]} ({len(data)} bytes, input {k})")
-            if len(failures) <= 5:
-                (Path(tempfile.gettempdir()) / f"drill-{kind}-{k}{target.suffix}").write_bytes(data)
+        ends[ended.split(":")[0]] += 1
+        if ended.startswith("failed"):
+            failures.setdefault(ended, f"{ended} ({len(data)} bytes, input {k})")
         elif new:
             corpus.append(data)
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     return Figure(
         kind,
         f"{count:,} files",
-        f"{ends['accepted']:,} read, {ends['refused']:,} refused; {len(lines.seen):,} lines reached "
-        f"by a corpus of {len(corpus)}; slowest {slowest:.2f} s (traced), at most {grown:.0f} MiB more",
+        f"{ends['accepted']:,} read, {ends['refused']:,} refused; {len(lines.seen):,} lines, "
+        f"corpus of {len(corpus)}; slowest {slowest:.2f} s (traced), {grown:.0f} MiB more",
         (*failures.values(), *(f"executed {event}" for event in watch.events)),
     )
 

@@ -8,13 +8,20 @@ import os
 import pickle
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tests.drills.hostile_files import Case, Words
 
 COMPARE = ("compare", "intersection", "--speed", "l1", "--episodes", "100", "--players")
-ABOUT = {"player": "x", "game": {}, "lam": None, "version": 1, "runs": [[{"layers": 1}]]}
+ABOUT: dict[str, Any] = {
+    "player": "x",
+    "game": {},
+    "lam": None,
+    "version": 1,
+    "runs": [[{"layers": 1}]],
+}
 
 
 class Bomb:

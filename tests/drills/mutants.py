@@ -63,7 +63,7 @@ def _of_node(node: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
         old = node.op
         node.op = SWAPS[type(old)]()  # type: ignore[assignment]
         yield node, f"{type(old).__name__} to {type(node.op).__name__}"
-        node.op = old  # type: ignore[assignment]
+        node.op = old
     elif isinstance(node, ast.Compare):
         for k, old_op in enumerate(node.ops):
             node.ops[k] = SWAPS[type(old_op)]()  # type: ignore[call-overload]

@@ -70,14 +70,15 @@ def drill(size: float) -> Iterator[Figure]:
     """Judge the mutants of every module, a share of them if ``size`` is below 1."""
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":
         words = [sys.executable, "-c", f"from tests.drills.mutation import report; report({size})"]
-        done = subprocess.run(
-            words, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True,
-            env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"},
-        )  # fmt: skip
-        for line in done.stdout.splitlines():
-            if line.startswith("{"):
-                fields = json.loads(line)
-                yield Figure(**fields | {"failures": tuple(fields["failures"])})
+        plain = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+        with subprocess.Popen(
+            words, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=plain
+        ) as judge:
+            assert judge.stdout is not None
+            for line in judge.stdout:
+                if line.startswith("{"):
+                    fields = json.loads(line)
+                    yield Figure(**fields | {"failures": tuple(fields["failures"])})
         return
     yield from _judged(size)
 

@@ -9,24 +9,43 @@ from tests.drills.figures import ROOT, load
 PAGE = ROOT / "docs" / "drills.md"
 
 ABOUT = {
-    "files": "Files that users hand in, mutated by a fuzzer that follows coverage. A file is read, or "
-    "refused in one sentence; a reader executes nothing, writes nothing, opens no connection, and has "
-    "limits of time and memory.",
-    "hostile": "Commands on files made to hurt. Each ends by itself with exit code 2 and one line.",
-    "faults": "Faults in the answers of the linear and mixed-integer back ends, over random games. No "
-    "wrong plan is accepted, no bound exceeds the true optimum, nothing is called optimal that is not.",
-    "kills": "SIGKILL at random moments, then the same command again. The result has the bytes of an "
-    "undisturbed run; seconds and dates are left out of the comparison.",
-    "disks": "Full disks, limits on file sizes, folders that cannot be written, two processes on one "
-    "store, clocks that jump. One sentence, and what was stored stays readable.",
-    "clusters": "Workers in an environment that has only the wheel, started from the command line as "
-    "the manuals of Dask and Ray say, and shards in the manner of SLURM. Results equal the local ones "
-    "byte for byte.",
-    "soak": "Environment steps in one process. Memory is flat if the largest resident size of the "
-    "second half is at most 1 % above that of the first.",
-    "mutation": "Single changes of the code (operators, constants, comparisons, conditions, dropped "
-    "statements), each judged by the tests of that code. A mutant survives if all of them pass; "
-    "survivors that change no result are explained in `tests/drills/equivalent.json`.",
+    "files": (
+        "Files that users hand in, mutated by a fuzzer that follows coverage. A file is "
+        "read, or refused in one sentence; a reader executes nothing, writes nothing, "
+        "opens no connection, and has limits of time and memory."
+    ),
+    "hostile": (
+        "Commands on files made to hurt. Each ends by itself with exit code 2 and one line."
+    ),
+    "faults": (
+        "Faults in the answers of the linear and mixed-integer back ends, over random "
+        "games. No wrong plan is accepted, no bound exceeds the true optimum, nothing "
+        "is called optimal that is not."
+    ),
+    "kills": (
+        "SIGKILL at random moments, then the same command again. The result has the "
+        "bytes of an undisturbed run; seconds and dates are left out of the comparison."
+    ),
+    "disks": (
+        "Full disks, limits on file sizes, folders that cannot be written, two "
+        "processes on one store, clocks that jump. One sentence, and what was stored "
+        "stays readable."
+    ),
+    "clusters": (
+        "Workers in an environment that has only the wheel, started from the command "
+        "line as the manuals of Dask and Ray say, and shards in the manner of SLURM. "
+        "Results equal the local ones byte for byte."
+    ),
+    "soak": (
+        "Environment steps in one process. Memory is flat if the largest resident size "
+        "of the second half is at most 1 % above that of the first."
+    ),
+    "mutation": (
+        "Single changes of the code (operators, constants, comparisons, conditions, "
+        "dropped statements), each judged by the tests of that code. A mutant survives "
+        "if all of them pass; survivors that change no result are explained in "
+        "`tests/drills/equivalent.json`."
+    ),
 }
 
 HEAD = """# Drills

@@ -43,8 +43,8 @@ def _soaked(what: str, steps: float, run: Callable[[float], float]) -> Figure:
     return Figure(
         what,
         f"{done:,.0f} agent steps",
-        f"{rate:,.0f} per CPU second; at most {first:.1f} MiB in the first half, {second:.1f} MiB in "
-        "the second",
+        f"{rate:,.0f} per CPU second; at most {first:.1f} MiB in the first half, "
+        f"{second:.1f} MiB in the second",
         tuple(grown),
     )
 

@@ -130,7 +130,10 @@ def targets(folder: Path) -> dict[str, Target]:
     sweep([Cell("parallel", "straight", {"lam": 0.3}, episodes=50)], folder / "rows.db")
     instance = _instance(folder)
     runs = b"\n".join(next(iter(sorted(RUNS.glob("*.jsonl")))).read_bytes().splitlines()[:3])
-    grid = b'[sweep]\ngames = ["head_on", "circle(3)"]\nplayers = ["nash"]\nseeds = "0:2"\n[set]\nlam = [0.1]\n'
+    grid = (
+        b'[sweep]\ngames = ["head_on", "circle(3)"]\nplayers = ["nash"]\nseeds = "0:2"\n'
+        b"[set]\nlam = [0.1]\n"
+    )
     draws = b"[randomize]\nlam = { uniform = [0.1, 0.9] }\nstart = { near = 1.0 }\n"
     return {
         "game": Target(".toml", toml, _game),

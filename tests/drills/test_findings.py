@@ -7,6 +7,7 @@ import json
 import sqlite3
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -57,11 +58,9 @@ def test_seeds_without_end_are_refused(text: str) -> None:
 
 
 def test_numbers_beyond_floats_make_no_plan() -> None:
-    class Lanes:
-        tables = {"game": {}, "agent": [AGENT | {"start": [0, 0]}]}
-
+    lanes = SimpleNamespace(tables={"game": {}, "agent": [AGENT | {"start": [0, 0]}]})
     plan = {"arrival": [5], "controls": [[[10**400, 0]] * 15]}
-    assert not verdict(Lanes(), plan)["accepted"]
+    assert not verdict(lanes, plan)["accepted"]
 
 
 def test_a_line_that_was_cut_off_is_written_again(tmp_path: Path) -> None:
@@ -92,6 +91,6 @@ def test_games_too_large_to_play_are_refused_at_once() -> None:
     body = {"vertices": [[k, k * k] for k in range(1001)]}
     with pytest.raises(InputError, match="has 1001 rows; write at most 1000"):
         game_from_tables({"agent": [AGENT | {"start": [0, 0], "shape": body}]}, "file")
+    obstacle = {"polygon": body["vertices"]}
     with pytest.raises(InputError, match="has 1001 points; write at most 1000"):
-        obstacle = {"polygon": body["vertices"]}
         game_from_tables({"agent": [AGENT | {"start": [0, 0]}], "obstacle": [obstacle]}, "file")
