@@ -28,6 +28,7 @@ from typing import Any
 from benchmarks.sweeps.row import COLUMNS, PACKED, Row
 from benchmarks.sweeps.row_digest import row_digest
 from ppg_env.errors import InputError, require
+from ppg_env.support.processes import size_limited
 
 APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
@@ -245,6 +246,8 @@ def _problem_and_remedy(error: sqlite3.DatabaseError, folder: Path) -> tuple[str
     full = code == sqlite3.SQLITE_IOERR and shutil.disk_usage(folder).free < ROOM
     if full or code == sqlite3.SQLITE_FULL:
         return "has no room left (the disk is full)", f"free some space, {AGAIN}"
+    if code == sqlite3.SQLITE_IOERR and size_limited():
+        return "would exceed the limit on file sizes", f"raise it (ulimit -f), {AGAIN}"
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "is locked by another program", f"wait for it or stop it, {AGAIN}"
     if code == sqlite3.SQLITE_CANTOPEN:

@@ -47,7 +47,7 @@ def run(name: str, size: float, part: str | None) -> int:
     """Run one drill, print and store its figures; return the exit code."""
     os.environ[PART] = part or ""
     drill: Drill = importlib.import_module(f"tests.drills.{name}").drill
-    figures = []
+    figures, before = [], 0.0
     for figure in drill(size):
         figures.append(figure)
         mark = "ok    " if figure.passed else "FAILED"
@@ -56,7 +56,8 @@ def run(name: str, size: float, part: str | None) -> int:
             print(f"       {failure}", flush=True)
         spent = os.times()  # stored at once: a drill may be ended from outside
         seconds = spent.user + spent.system + spent.children_user + spent.children_system
-        save(name, size, seconds, figures, add=part is not None)
+        save(name, size, seconds - before, figures, add=part is not None)
+        before = seconds if part is not None else 0.0
         write_page()
     return int(not all(figure.passed for figure in figures))
 

@@ -46,7 +46,7 @@ def drill(_size: float) -> Iterator[Figure]:
         for kind in ("sweep", "solve --out", "train"):
             with _tmpfs(root, "size=1m") as place:
                 small = ppg(*WRITERS[kind], folder=place, prepare=_small_files)
-                yield _refused(f"files of at most 8 KiB: {kind}", small, place)
+                yield _refused(f"files of at most 2 KiB: {kind}", small, place)
         for kind, words in WRITERS.items():
             with _tmpfs(root, "size=1m") as place:
                 subprocess.run(["mount", "-o", "remount,ro", str(place)], check=True)
@@ -68,7 +68,7 @@ def _tmpfs(root: Path, size: str) -> Iterator[Path]:
 
 
 def _small_files() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (8 << 10, 8 << 10))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2 << 10, 2 << 10))
 
 
 def _refused(what: str, ended: Ended, place: Path) -> Figure:
