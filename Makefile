@@ -6,6 +6,8 @@ PYTEST_ARGS ?=
 FUZZ_SECONDS ?= 300
 ONLY ?=
 STEPS ?=
+SIZE ?= 1
+PYTHONS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -13,7 +15,7 @@ PACKAGES := ppg_env solvers baselines benchmarks
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:  # pip must not run twice in one environment
-.PHONY: help demo test test-slow test-nightly fuzz neighbours lint types docs format clean
+.PHONY: help demo test test-slow test-nightly fuzz drills coverage wheel neighbours lint types docs format clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -50,6 +52,23 @@ test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion agai
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)
 
+# ONLY=kills runs one drill; SIZE=0.05 takes minutes, 1 a night.
+drills: $(VENV)/.test ## Try to break everything: hostile files, faults, kills, full disks, mutants
+	$(BIN)/python -m tests.drills --size $(SIZE) $(ONLY)
+
+# Compiled kernels are measured as plain Python, by the tests of their rules.
+coverage: $(VENV)/.coverage ## Measure which lines and branches of ppg_env and solvers tests reach
+	rm -f .coverage*
+	$(BIN)/coverage run -p -m pytest -q -m "not slow" $(PYTEST_ARGS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -p -m pytest -q -m "not slow" -W ignore::RuntimeWarning \
+		tests/ppg_env/env/test_rules.py tests/ppg_env/env/test_swept.py tests/ppg_env/game
+	$(BIN)/coverage combine -q
+	$(BIN)/coverage report --skip-covered
+
+# PYTHONS="python3.12 python3.13" installs it with each of these.
+wheel: ## Build wheel and source archive, install the wheel outside the tree, and run it
+	$(PYTHON) -m tests.packaging.clean_install $(PYTHONS)
+
 # Each example installs what it pins in .neighbours/NAME; ONLY=rllib runs those that begin so, and
 # STEPS=20000 changes how long they train.
 neighbours: ## Train with each library of examples/, and print one table
@@ -81,10 +100,11 @@ $(VENV)/.made:
 
 $(VENV)/.demo: INSTALL := -e .[render]
 $(VENV)/.test: INSTALL := -e .[render,test,rl,cluster,parquet]
+$(VENV)/.coverage: INSTALL := -e .[render,test,rl,cluster,parquet] coverage
 $(VENV)/.types: INSTALL := -e .[render,test,rl]
 $(VENV)/.docs: INSTALL := -e .[docs]
 $(VENV)/.lint: INSTALL := ruff import-linter codespell
-$(VENV)/.demo $(VENV)/.test $(VENV)/.types $(VENV)/.docs $(VENV)/.lint: \
+$(VENV)/.demo $(VENV)/.test $(VENV)/.coverage $(VENV)/.types $(VENV)/.docs $(VENV)/.lint: \
 		pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "Installing $(INSTALL) into $(VENV) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $(INSTALL)

@@ -189,7 +189,7 @@ def main(names: list[str]) -> int:
             Path(names[1]).read_text("utf-8"),
         )
         answer = check(game, json.loads(text))
-    except (IndexError, KeyError, OSError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
         sys.exit(f"checker.py GAME.toml PLAN.json [--json]: {error!r}")
     lines = answer["defects"][:5] or [f"accepted: social cost {answer['social_cost']:.9g}"]
     sys.stdout.write((json.dumps(answer) if "--json" in names else "\n".join(lines)) + "\n")

@@ -21,7 +21,7 @@ def verdict(instance: Instance, plan: Any) -> Verdict:
     """Return the checker's answer; a plan that it cannot read is refused."""
     try:
         return check(instance.tables, plan)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         return {"accepted": False, "defects": [f"the plan cannot be read: {error!r}"]}
 
 

@@ -19,6 +19,7 @@ from typing import Any
 
 from ppg_env.errors import InputError
 from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import read_text
 
 CLOSED = 1e-4
 """A relative gap of at most this closes a game."""
@@ -148,12 +149,26 @@ def read_record(path: Path) -> Record:
     """
     if not path.exists():
         return Record()
+    text = read_text(path)
     try:
-        return Record(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError) as error:
+        record = Record(**json.loads(text))
+        _check(record)
+        return record
+    except (ValueError, TypeError, LookupError, RecursionError) as error:
         raise InputError(
-            str(path), f"is not a record ({error})", "restore it from version control"
+            str(path), f"is not a record ({error!s:.200})", "restore it from version control"
         ) from None
+
+
+def _check(record: Record) -> None:
+    """Raise ValueError, TypeError or KeyError if an entry is not what the others rely on."""
+    entries = [("social_cost", e) for e in (record.social, *record.equilibria) if e is not None]
+    entries += [("value", record.bound)] if record.bound is not None else []
+    for key, entry in entries:
+        if type(entry[key]) not in (int, float) or not isinstance(entry["provenance"], dict):
+            raise ValueError(f"{key} or its provenance has the wrong type")
+    if not isinstance(record.risk, dict) or not isinstance(record.history, list):
+        raise ValueError("risk or history has the wrong type")
 
 
 def write_record(path: Path, record: Record) -> None:

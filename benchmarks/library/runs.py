@@ -19,6 +19,8 @@ from benchmarks.library.provenance import provenance
 from benchmarks.library.record import CERTIFIED, write_record
 from benchmarks.library.solver_run import OURS, Outcome, solve
 from ppg_env.errors import InputError
+from ppg_env.support.atomic_write import write_atomically
+from ppg_env.support.read_file import read_text
 
 RUNS = Path(__file__).parent / "runs"
 """Lines of this project's solvers, which reports compare with."""
@@ -52,7 +54,7 @@ class RunPlan:
 
 
 def read_lines(path: Path) -> list[Line]:
-    """Return the lines of a run, the last one of each game.
+    """Return the lines of a run, the last one of each game; a line that was cut off is ignored.
 
     Raises
     ------
@@ -60,15 +62,37 @@ def read_lines(path: Path) -> list[Line]:
         If the file is not one of runs.
     """
     lines: dict[str, Line] = {}
+    whole = read_text(path).split("\n")[:-1]
     try:
-        for text in path.read_text(encoding="utf-8").splitlines():
+        for text in whole:
             line = json.loads(text)
             lines[line["game"]] = {key: line[key] for key in REQUIRED} | line
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(
-            str(path), f"is no file of runs ({error!r})", "name one that ppg library run wrote"
+            str(path),
+            f"is no file of runs ({type(error).__name__}: {error!s:.200})",
+            "name one that ppg library run wrote",
         ) from None
     return list(lines.values())
+
+
+def _append(path: Path, line: Line) -> None:
+    """Append a line, in place of one that was cut off by a kill or a full disk.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written; earlier lines are kept.
+    """
+    try:
+        with path.open("ab+") as file:
+            file.seek(0)
+            file.truncate(file.read().rfind(b"\n") + 1)
+            file.write(json.dumps(line, allow_nan=False).encode() + b"\n")
+    except OSError as error:
+        raise InputError(
+            str(path), f"cannot be written ({error.strerror})", "free some space, and run again"
+        ) from None
 
 
 def run(plan: RunPlan, games: Sequence[Instance], budget: float | None = None) -> Iterator[Line]:
@@ -85,8 +109,7 @@ def run(plan: RunPlan, games: Sequence[Instance], budget: float | None = None) -
         if budget is not None and monotonic() - started > budget:
             return
         line = _run_one(plan, instance)
-        with plan.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line, allow_nan=False) + "\n")
+        _append(plan.path, line)
         yield line
 
 
@@ -117,7 +140,7 @@ def _run_one(plan: RunPlan, instance: Instance) -> Line:
     if plan.plans is not None and outcome.plan is not None:
         path = plan.plans / f"{instance.path.parent.name}.json"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(outcome.plan), encoding="utf-8")
+        write_atomically(path, json.dumps(outcome.plan))
     return {
         "game": instance.name,
         "digest": instance.digest,

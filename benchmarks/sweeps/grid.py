@@ -26,6 +26,9 @@ from benchmarks.sweeps.cell import SELFISH, Cell
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.game_file import read_tables
 
+MOST = 100_000
+"""Most seeds of a sweep."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -138,7 +141,7 @@ def whole_numbers(name: str, text: Any) -> tuple[int, ...]:
     try:
         if isinstance(text, str) and ":" in text:
             first, last = text.split(":")
-            numbers = tuple(range(int(first or 0), int(last)))
+            numbers = tuple(range(int(first or 0), min(int(last), int(first or 0) + MOST + 1)))
         else:
             parts = text.split(",") if isinstance(text, str) else text
             numbers = tuple(int(part) for part in parts)
@@ -146,7 +149,10 @@ def whole_numbers(name: str, text: Any) -> tuple[int, ...]:
                 raise ValueError
     except (TypeError, ValueError):
         numbers = ()
-    require(bool(numbers), name, f"is {text!r}", "write 0:5 for 0 to 4, or list whole numbers")
+    shown = f"is {text!r:.80}"
+    require(bool(numbers), name, shown, "write 0:5 for 0 to 4, or list whole numbers")
+    require(len(numbers) <= MOST, name, shown, f"give at most {MOST:,} numbers")
+    require(max(map(abs, numbers)) < 2**63, name, shown, "write smaller numbers")
     return numbers
 
 

@@ -15,6 +15,7 @@ row has a digest of its entries: a row that a disk or a program has damaged coun
 from __future__ import annotations
 
 import json
+import shutil
 import sqlite3
 import warnings
 import zlib
@@ -27,6 +28,7 @@ from typing import Any
 from benchmarks.sweeps.row import COLUMNS, PACKED, Row
 from benchmarks.sweeps.row_digest import row_digest
 from ppg_env.errors import InputError, require
+from ppg_env.support.processes import size_limited
 
 APPLICATION = 0x50504753
 """Marks the file as a store ("PPGS")."""
@@ -87,7 +89,10 @@ class Store:
             "name a new file, and export the old one with the release that wrote it",
         )
         require(
-            not tables or self._complete(), str(self.path), "lacks columns", "name another file"
+            not tables or self._complete(),
+            str(self.path),
+            "has no plain table of rows with all columns",
+            "name another file",
         )
         self._base.execute("PRAGMA journal_mode = WAL")
         self._base.execute("PRAGMA synchronous = NORMAL")
@@ -116,7 +121,10 @@ class Store:
 
     def _complete(self) -> bool:
         columns = {name for _, name, *_ in self._base.execute("PRAGMA table_info(rows)")}
-        return columns == {*COLUMNS, "digest"}
+        # A view could be endless, and a trigger changes rows that are written.
+        objects = "SELECT type FROM sqlite_master WHERE name = 'rows' OR type = 'trigger'"
+        kinds = [kind for (kind,) in self._base.execute(objects)]
+        return columns == {*COLUMNS, "digest"} and kinds == ["table"]
 
     def _identity(self) -> tuple[int, int] | None:
         try:
@@ -218,17 +226,28 @@ class Store:
         try:
             yield
         except sqlite3.DatabaseError as error:
-            problem, remedy = _problem_and_remedy(error)
+            problem, remedy = _problem_and_remedy(error, self.path.parent)
             raise InputError(str(self.path), problem, remedy) from None
+        except UnicodeDecodeError:  # SQLite quotes a damaged schema
+            raise InputError(
+                str(self.path), "is not a store of rows (damaged text)", "name another file"
+            ) from None
 
 
 AGAIN = "and run the same command again: all rows stored so far are kept"
 
 
-def _problem_and_remedy(error: sqlite3.DatabaseError) -> tuple[str, str]:
+ROOM = 64 << 10
+"""Bytes that SQLite needs to open its log; with fewer it reports an error of the disk."""
+
+
+def _problem_and_remedy(error: sqlite3.DatabaseError, folder: Path) -> tuple[str, str]:
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extension
-    if code == sqlite3.SQLITE_FULL:
+    full = code == sqlite3.SQLITE_IOERR and shutil.disk_usage(folder).free < ROOM
+    if full or code == sqlite3.SQLITE_FULL:
         return "has no room left (the disk is full)", f"free some space, {AGAIN}"
+    if code == sqlite3.SQLITE_IOERR and size_limited():
+        return "would exceed the limit on file sizes", f"raise it (ulimit -f), {AGAIN}"
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "is locked by another program", f"wait for it or stop it, {AGAIN}"
     if code == sqlite3.SQLITE_CANTOPEN:

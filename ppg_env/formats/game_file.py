@@ -33,6 +33,9 @@ from ppg_env.support.read_file import MIB, read_text
 LARGEST_FILE = 16 * MIB
 MOST_DOTS = 40
 
+MOST_AGENTS = 1000
+"""Most agents of a game: half a million encounters."""
+
 GAME_KEYS = (
     "horizon",
     "margin_cap",
@@ -121,6 +124,8 @@ def _game(tables: Mapping[str, Any], collisions: str) -> Game:
     head = {"collisions": collisions, **require_table(tables.get("game", {}), "game")}
     check_keys(head, GAME_KEYS, "[game]", "game")
     agents, obstacles = [], []
+    count = len(_list_of_tables(tables.get("agent", []), "agent"))
+    require(count <= MOST_AGENTS, "agent", f"has {count} tables", f"write at most {MOST_AGENTS}")
     for i, table in enumerate(_list_of_tables(tables.get("agent", []), "agent")):
         with placed(f"agent[{i}]"):
             agents.append(_agent(table))

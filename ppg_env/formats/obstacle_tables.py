@@ -9,7 +9,7 @@ import numpy as np
 
 from ppg_env.errors import InputError, require
 from ppg_env.formats.keys import check_keys
-from ppg_env.formats.polytope_tables import SHAPE_KEYS, body_of, shape_table
+from ppg_env.formats.polytope_tables import MOST_ROWS, SHAPE_KEYS, body_of, shape_table
 from ppg_env.game.convex_pieces import convex_pieces
 from ppg_env.game.obstacle import Obstacle
 
@@ -33,6 +33,9 @@ def read_obstacles(table: Mapping[str, Any]) -> list[Obstacle]:
     extra = sorted(set(body) - {"polygon"})
     if extra:
         raise InputError(extra[0], "cannot be combined with polygon", "remove one of them")
+    corners = body["polygon"]
+    count = len(corners) if isinstance(corners, list) else 0
+    require(count <= MOST_ROWS, "polygon", f"has {count} points", f"write at most {MOST_ROWS}")
     pieces = convex_pieces(body["polygon"])
     require(
         len(pieces) == 1 or not np.any(motion.get("noise", 0.0)),

@@ -19,6 +19,9 @@ from ppg_env.support.validation import finite_array
 SET_KEYS = ("box", "l1", "disc", "sides", "vertices", "normals", "offsets")
 SHAPE_KEYS = (*SET_KEYS, "dim")
 CONTROL_KEYS = (*SET_KEYS, "from")
+MOST_ROWS = 1000
+"""Most corners or faces of a polytope; time grows with the square of their number."""
+
 WITHIN_KEYS = ("low", "high", *SHAPE_KEYS, "sigmas")
 
 
@@ -94,6 +97,9 @@ def _kind(table: Any, l1_keys: tuple[str, ...]) -> str:
 def _polytope(kind: str, table: Mapping[str, Any]) -> Polytope:
     if kind == "disc":
         return Polytope.disc(table["disc"], table.get("sides", 16))
+    rows = table[kind]
+    count = len(rows) if isinstance(rows, list) else 0
+    require(count <= MOST_ROWS, kind, f"has {count} rows", f"write at most {MOST_ROWS}")
     if kind == "vertices":
         return Polytope.from_vertices(table["vertices"])
     return Polytope.from_halfspaces(table["normals"], table["offsets"])

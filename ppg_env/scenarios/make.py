@@ -19,7 +19,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, placed, require
-from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, read_game
+from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS, MOST_AGENTS, read_game
 from ppg_env.formats.keys import nearest
 from ppg_env.formats.obstacle_tables import read_obstacles
 from ppg_env.formats.polytope_tables import read_control, read_shape, read_within
@@ -37,9 +37,6 @@ SPEEDS: dict[str, Callable[[float, int], Polytope]] = {
 }
 TOP_SPEED = 10.0
 BODY_SIDE = 15.0
-
-MOST_AGENTS = 1000
-"""Largest n of a family: half a million encounters."""
 
 LONGEST_CALL = 200
 """Characters read of a scenario's call: no call needs more, and the parser has limits."""

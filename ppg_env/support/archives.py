@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,10 +51,7 @@ def opened_archive(path: str | Path, remedy: str, most: int) -> Iterator[Any]:
         raise
     except zipfile.BadZipFile:
         raise InputError(source, "cannot be read (no archive)", remedy) from None
-    except (
-        OSError, ValueError, LookupError, TypeError, AttributeError, EOFError, ArithmeticError,
-        MemoryError, RecursionError, NotImplementedError, RuntimeError, zlib.error,
-    ) as error:  # fmt: skip
+    except Exception as error:  # damaged content raises errors of many kinds
         raise InputError(source, f"cannot be read ({type(error).__name__})", remedy) from None
 
 

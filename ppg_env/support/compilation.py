@@ -23,6 +23,9 @@ from typing import Any
 
 import numba
 
+INTERPRETED = bool(vars(numba.config)["DISABLE_JIT"])
+"""Whether kernels run as Python (NUMBA_DISABLE_JIT=1)."""
+
 PATIENCE = 300.0
 """Longest wait in seconds for another process that compiles; then this one compiles as well."""
 
@@ -54,7 +57,7 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         if not options.get("cache"):
             raise
         dispatcher = _elsewhere(function, options)
-    if options.get("cache"):
+    if options.get("cache") and not INTERPRETED:
         dispatcher.compile = _once(dispatcher, dispatcher.compile)
     return dispatcher
 

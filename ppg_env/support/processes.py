@@ -47,6 +47,15 @@ def alone_on(path: str | Path, remedy: str) -> Iterator[None]:
         os.close(file)
 
 
+def size_limited() -> bool:
+    """Return whether the system limits the sizes of files that this process writes."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return False
+    return resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
+
+
 @cache
 def exit_with_parent(parent: int) -> None:
     """End this process when ``parent`` has ended, also if it was killed."""

@@ -41,7 +41,7 @@ def read_bytes(path: str | Path, most: int = 64 * MIB) -> bytes:
                 f"has {state.st_size / MIB:,.0f} MiB",
                 f"give a file of at most {most / MIB:g} MiB",
             )
-            return stream.read(most + 1)
+            return stream.read(state.st_size + 1)  # memory for as much is taken at once
     except FileNotFoundError:
         raise InputError(source, "does not exist", "check the path") from None
     except ValueError as error:

@@ -274,7 +274,7 @@ def test_a_store_without_a_column_is_refused(row, path):
         store.put(row)
     with sqlite3.connect(path) as base:
         base.execute("ALTER TABLE rows DROP COLUMN bound")
-    with pytest.raises(InputError, match="lacks columns"):
+    with pytest.raises(InputError, match="has no plain table of rows with all columns"):
         Store(path)
 
 
