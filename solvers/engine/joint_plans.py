@@ -35,7 +35,7 @@ AGILITIES = (4, 2, 8)
 PACES = (1.0, 1.25, 1.5, 2.0)
 """Times in which ways are followed, in those that they take, for agents with inertia."""
 
-ENOUGH_TIME = 0.1
+ENOUGH_TIME = 0.35
 """Part of the time after which the first of them suffice."""
 
 MARGIN = 2.0

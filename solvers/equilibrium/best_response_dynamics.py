@@ -137,7 +137,7 @@ def run_dynamics(
 
     A run for plans that has only a ``share`` of the time enters as one that has all of it.
     """
-    deadline = _deadline(rule, budget)
+    deadline, whole = _deadline(rule, budget), budget
     if budget.limit is not None:
         budget = Budget(purpose.share * budget.limit - budget.spent, budget.nodes)
 
@@ -154,7 +154,7 @@ def run_dynamics(
     for effort in (FIRST_EFFORT, ENTRY_EFFORT):
         for number, entry in enumerate(entries):
             if effort == FIRST_EFFORT and number == BEFORE_WAYS:
-                attempts.looked_for_ways, plans = True, _along_ways(rule, budget)
+                attempts.looked_for_ways, plans = True, _along_ways(rule, whole)
                 if plans is not None:
                     return run(Entry(plans), None)
             if effort > FIRST_EFFORT and attempts.excluded(entry):

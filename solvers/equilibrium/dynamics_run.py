@@ -46,6 +46,7 @@ class Purpose:
     share : part of the time limit after which the run ends.
     accept : called with every feasible profile of all agents.
     effort : linear programs for one response in the first sweeps.
+    refine_after : sweeps after which plans are refined in between.
     """
 
     jointly: bool = True
@@ -53,6 +54,7 @@ class Purpose:
     share: float = 1.0
     accept: Callable[[Profile], None] | None = None
     effort: int = FIRST_EFFORT
+    refine_after: int = REFINE_AFTER
 
 
 class DynamicsRun:
@@ -114,7 +116,7 @@ class DynamicsRun:
                 effort = effort * 8 if effort < LAST_EFFORT else None
             elif profile in visited and profile != before:
                 return self.outcomes.finished(profile, Status.CYCLE)
-            elif sweep >= REFINE_AFTER and self.order != "simultaneous":
+            elif sweep >= self.purpose.refine_after and self.order != "simultaneous":
                 profile = self._refined(profile)
             visited.add(profile)
             if self.budget.out:

@@ -8,6 +8,7 @@ Responses under the rule that is minimised follow.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from ppg_env.game.game import Game
 from ppg_env.game.objective import Objective
@@ -31,7 +32,7 @@ EQUILIBRIUM_SWEEPS, MOST_SWEEPS = 6, 50
 """Sweeps of selfish best responses for plans of an equilibrium, without its proof; the same among
 walls if a time limit ends them."""
 
-EQUILIBRIUM_SHARE, WALLED_SHARE = 0.5, 0.6
+EQUILIBRIUM_SHARE, WALLED_SHARE = 0.5, 0.85
 """Part of the time limit that they may take, and the same among walls."""
 
 
@@ -44,22 +45,23 @@ def first_plans(
     """
     if len(rule.game.agents) <= MOST_DIRECT and not walled:
         return None
-    best, effort = _Cheapest(rule.potential, on_value), FIRST_EFFORT
+    best, purpose = _Cheapest(rule.potential, on_value), Purpose(jointly=False)
     if walled:
         selfish = equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept)
         best.accept(selfish.profile)
         best.refine(budget)
         if best.profile is None or budget.out or rule.charge == "selfish":
             return best.profile
-        if budget.limit is not None and _settled(selfish):
-            effort = UNPROVED_EFFORT
+        if budget.limit is not None:
+            effort = UNPROVED_EFFORT if _settled(selfish) else FIRST_EFFORT
+            purpose = replace(purpose, effort=effort, refine_after=1)
     dynamics = run_dynamics(
         rule,
         ENGINE,
         Budget(budget.left),
         start=best.profile,
         max_sweeps=FIRST_SWEEPS,
-        purpose=Purpose(jointly=False, accept=best.accept, effort=effort),
+        purpose=replace(purpose, accept=best.accept),
     )
     best.accept(dynamics.profile)
     if walled:
@@ -90,7 +92,8 @@ def equilibrium_plans(
 def _settled(dynamics: Solution) -> bool:
     """Return whether the last responses of all agents changed nothing: more effort is due."""
     last = {update.agent: update for update in dynamics.trace}
-    return all(update.before == update.after for update in last.values())
+    settled = all(update.before == update.after for update in last.values())
+    return settled and len(last) == len(dynamics.game.agents)
 
 
 class _Cheapest:
