@@ -37,7 +37,7 @@ from solvers.solution import Status
 SAMPLING_SHARE, OPTIMUM_SHARE = 0.2, 0.2
 """Parts of the time limit for sampled equilibria, and for the social optimum."""
 
-RESPONSE_ROUNDS = 4, 16
+RESPONSE_ROUNDS = 4, 8, 24
 """Programs for each limit of what agents pay in response, in turn."""
 
 NEARBY = 1.1
@@ -160,15 +160,21 @@ class _Search:
         self._progress(self.result)
 
     def _add_sample(self, profile: Profile | None) -> None:
-        """Add the equilibrium that the dynamics reach from a profile of the canonical game."""
+        """Add the equilibria that the dynamics reach from a profile of the canonical game.
+
+        Each agent responds first in turn: the plan of the other may hinder it.
+        """
         if profile is None:
             return
         start = profile if self._frame is None else self._frame.back(profile)
-        solution = best_response_dynamics(self._game, start=start, time_limit=self._budget.left)
-        if solution.status is Status.EQUILIBRIUM and solution.profile is not None:
-            kind = Equilibrium(passing(self._game, solution.profile), solution, 1)
-            if not any(_alike(kind, other) for other in self._sampled):
-                self._sampled = self._certified([*self._sampled, kind])
+        for order in ((0, 1), (1, 0)):
+            solution = best_response_dynamics(
+                self._game, start=start, order=order, time_limit=self._budget.left
+            )
+            if solution.status is Status.EQUILIBRIUM and solution.profile is not None:
+                kind = Equilibrium(passing(self._game, solution.profile), solution, 1)
+                if not any(_alike(kind, other) for other in self._sampled):
+                    self._sampled = self._certified([*self._sampled, kind])
 
     def _certified(self, kinds: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
         """Return the epsilon-equilibria among ``kinds``, cheapest first."""

@@ -19,7 +19,7 @@ from solvers.extremes.hindering_plans import HinderingPlans
 from solvers.extremes.hindrance_proof import HindranceProof
 
 GAIN = 1e-6
-"""Least gain beyond epsilon, in time steps, by which costs are told apart."""
+"""Least gain beyond epsilon, in time steps, by which costs are distinguished."""
 
 NODES = 1000
 """Nodes of each program."""

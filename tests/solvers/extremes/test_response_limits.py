@@ -62,7 +62,7 @@ def test_what_responses_cost_is_proved():
     assert not responses.take_witnesses()
 
 
-@pytest.mark.parametrize("seed", first(2, range(12)))
+@pytest.mark.parametrize("seed", first(1, range(1, 13)))
 def test_random_games_keep_their_equilibria_inside(seed):
     line = random_line(seed)
     costs = equilibrium_costs(line)
