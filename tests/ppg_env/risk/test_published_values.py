@@ -4,7 +4,7 @@
     messages, and of Alfano (Laas2015Test with the bounds of Serra et al., a method with proof;
     Alfano2005Test for the last case)
     NASA CARA Analysis Tools, PcCircle_UnitTest.m and Pc2D_Foster_UnitTest.m (the cases of Omitron)
-    Alfano, Satellite conjunction Monte Carlo analysis, AAS 09-233 (2009): states and covariances of
+    Alfano, Satellite conjunction Monte Carlo analysis (2009): states and covariances of
     eleven cases at the closest approach and, in PcCircle_UnitTest.m to 1e-3, their probabilities
     where the relative motion is straight; the twelfth has no relative velocity
 
