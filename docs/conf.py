@@ -41,12 +41,12 @@ html_extra_path = ["editor.html"]
 nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_merge_streams = True
+nb_output_stderr = "remove"  # that the simulator is compiled, at the first build
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "pictures",
     "abort_on_example_error": True,
-    "matplotlib_animations": True,
     "within_subsection_order": "FileNameSortKey",
     "min_reported_time": 1000,  # seconds: times of one machine are not shown
     "write_computation_times": False,

@@ -51,9 +51,7 @@ def figures() -> Iterator[ModuleType]:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_draws_its_picture(path, figures, monkeypatch):
     monkeypatch.chdir(path.parent)
-    names = runpy.run_path(str(path))
-    for film in [value for value in names.values() if type(value).__name__ == "FuncAnimation"]:
-        film.to_jshtml()  # unplayed, it would warn
+    runpy.run_path(str(path))
     assert figures.get_fignums()
 
 
