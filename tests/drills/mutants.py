@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -29,17 +28,18 @@ class Mutant:
     change: str
 
 
-def mutants(source: str, functions: frozenset[str] = frozenset()) -> list[Mutant]:
-    """Return all mutants of a module, or only those inside ``functions``."""
+def count_mutants(source: str, functions: frozenset[str] = frozenset()) -> int:
+    """Return the number of mutants of a module, or of those inside ``functions``."""
+    return sum(1 for _ in _changes(ast.parse(source), functions))
+
+
+def make_mutant(source: str, k: int, functions: frozenset[str] = frozenset()) -> Mutant:
+    """Return the ``k``-th mutant, counted from 0."""
     tree = ast.parse(source)
-    found, count = [], sum(1 for _ in _changes(ast.parse(source), functions))
-    for k in range(count):
-        changed = copy.deepcopy(tree)
-        for j, (node, change) in enumerate(_changes(changed, functions)):
-            if j == k:
-                found.append(Mutant(ast.unparse(changed), node.lineno, change))
-                break
-    return found
+    for j, (node, change) in enumerate(_changes(tree, functions)):
+        if j == k:
+            return Mutant(ast.unparse(tree), node.lineno, change)
+    raise IndexError(k)
 
 
 def _changes(

@@ -21,7 +21,7 @@ from random import Random
 from types import ModuleType
 
 from tests.drills.figures import ROOT, Figure, wanted
-from tests.drills.mutants import Mutant, mutants
+from tests.drills.mutants import Mutant, count_mutants, make_mutant
 
 SECONDS = 100.0
 """Limit for the tests of one mutant; one that takes longer counts as killed."""
@@ -105,9 +105,10 @@ def _judged(size: float) -> Iterator[Figure]:
         if not wanted(name):
             continue
         source = (ROOT / f"{target.module.replace('.', '/')}.py").read_text("utf-8")
-        every = mutants(source, frozenset(target.functions))
+        only = frozenset(target.functions)
+        every = range(count_mutants(source, only))
         count = max(1, round(len(every) * min(size * target.share, 1.0)))
-        chosen = Random(name).sample(every, count)
+        chosen = [make_mutant(source, k, only) for k in Random(name).sample(every, count)]
         if _ends(target, None) != "survived":
             yield Figure(name, "0 mutants", "", ("the tests fail without any change",))
             continue
@@ -119,7 +120,7 @@ def _figure(
     name: str,
     target: Target,
     source: str,
-    every: Sequence[Mutant],
+    every: Sequence[int],
     chosen: Sequence[Mutant],
     survivors: Sequence[Mutant],
     explained: dict[str, dict[str, str]],
@@ -164,7 +165,9 @@ def _test(target: Target, mutant: Mutant | None) -> None:
     os.dup2(null if mutant is not None else 2, 1)
     os.chdir(ROOT)
     options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow"]
-    options += ["-W", "ignore::RuntimeWarning"]  # of integers that wrap around, where kernels are
+    # Of integers that wrap around, where kernels are Python; and of what this process has imported.
+    for warning in ("RuntimeWarning", "pytest.PytestAssertRewriteWarning"):
+        options += ["-W", f"ignore::{warning}"]
     code = pytest.main([*options, *target.tests])
     os._exit(int(code))
 

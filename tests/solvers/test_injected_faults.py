@@ -42,6 +42,8 @@ def plans(value):
         (10.0, Claims(10.0, complete=True), Status.OPTIMAL, 10.0),
         (10.0, Claims(10.0 + 1e-7, complete=True), Status.OPTIMAL, 10.0),
         (10.0, Claims(10.0, complete=False), Status.OPTIMAL, 10.0),
+        (1e6, Claims(1e6 - 0.5, complete=True), Status.OPTIMAL, 1e6 - 0.5),
+        (1e6, Claims(1e6 + 0.5, complete=True), Status.OPTIMAL, 1e6),
         (10.0, Claims(9.2, complete=True), Status.FEASIBLE, 9.2),
         (10.0, Claims(9.2, complete=False), Status.FEASIBLE, 9.2),
         (10.0, Claims(10.3, complete=True), Status.FEASIBLE, 4.0),
