@@ -42,13 +42,13 @@ demo: $(VENV)/.demo ## Five games in a minute: what each shows, and a picture of
 test test-slow test-nightly: export PYTHONDONTWRITEBYTECODE =
 
 test: $(VENV)/.test ## Run the tests that guard a change (PYTEST_ARGS="-k name" adds options)
-	$(BIN)/python -m pytest -n 2 -q -m "not slow" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not slow" $(PYTEST_ARGS)
 
 test-slow: $(VENV)/.test ## Run the other tests: whole trainings, studies, sweeps and proofs
-	$(BIN)/python -m pytest -n 2 -q -m "slow and not nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and not nightly" $(PYTEST_ARGS)
 
 test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion against other solvers
-	$(BIN)/python -m pytest -n 2 -q -m "slow and nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and nightly" $(PYTEST_ARGS)
 
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)
