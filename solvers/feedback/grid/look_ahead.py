@@ -17,7 +17,7 @@ from numba import prange
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
-from solvers.feedback.grid.stage_kernels import NO, YES, ZERO, exposed, is_near, overlap, stencil
+from solvers.feedback.grid.stage_kernels import exposed, is_near, overlap, stencil
 
 REFINEMENTS = 3
 """Halvings of the distance between actions."""
@@ -228,7 +228,7 @@ def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, f
         window = np.empty((size[0], size[1]))
         base[:] = body.A @ states[c]
         respond_to(body, harm, field, own_first, risk, crash, states[c], base, far, far_states[c],
-                   far_ends[c], YES, YES, w0, w1, index, weight, window, actions[c])  # fmt: skip
+                   far_ends[c], True, True, w0, w1, index, weight, window, actions[c])  # fmt: skip
 
 
 @njit(cache=True, parallel=True)
@@ -258,14 +258,14 @@ def decide_jointly(
             finer = turn >= 2 * SWEEPS
             if turn % 2 == 0:
                 before[: one.shape[1]] = one[c]
-                respond_to(first, first_harm, first_field, YES, risk, crash[0], states[c, 0],
+                respond_to(first, first_harm, first_field, True, risk, crash[0], states[c, 0],
                            base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
                            weight, window, one[c])  # fmt: skip
                 advance(first, base[0], one[c], y)
                 same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
             else:
                 before[: two.shape[1]] = two[c]
-                respond_to(second, second_harm, second_field, NO, risk, crash[1], states[c, 1],
+                respond_to(second, second_harm, second_field, False, risk, crash[1], states[c, 1],
                            base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
                            weight, window, two[c])  # fmt: skip
                 advance(second, base[1], two[c], z)
@@ -282,10 +282,8 @@ def decide_alone(body, harm, alone, risk, states, actions):
     for c in prange(states.shape[0]):
         w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.full(5, -1.0)
         base[:] = body.A @ states[c]
-        search(body, harm, alone, ZERO, ZERO, risk, YES, 0.0, states[c], base, other, w0, w1,
-               actions[c])  # fmt: skip
-        refine(body, harm, alone, ZERO, ZERO, risk, YES, 0.0, states[c], base, other, w0, w1,
-               actions[c])  # fmt: skip
+        search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
+        refine(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
 
 
 @njit(cache=True)
