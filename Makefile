@@ -40,14 +40,17 @@ demo: $(VENV)/.demo ## Five games in a minute: what each shows, and a picture of
 	@echo "\nLook at the five pictures in out/; then read README.md, and docs/recipes.md for your own games."
 
 # PYTEST_ARGS="--shuffle 1" runs the tests in the random order of seed 1.
+# Python keeps its byte code, whatever the caller's settings: every worker and command reads it.
+test test-slow test-nightly: export PYTHONDONTWRITEBYTECODE =
+
 test: $(VENV)/.test ## Run the tests that guard a change (PYTEST_ARGS="-k name" adds options)
-	$(BIN)/python -m pytest -n 2 -q -m "not slow" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not slow" $(PYTEST_ARGS)
 
 test-slow: $(VENV)/.test ## Run the other tests: whole trainings, studies, sweeps and proofs
-	$(BIN)/python -m pytest -n 2 -q -m "slow and not nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and not nightly" $(PYTEST_ARGS)
 
 test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion against other solvers
-	$(BIN)/python -m pytest -n 2 -q -m "slow and nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and nightly" $(PYTEST_ARGS)
 
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from ppg_env import Agent, Game, InputError, Polytope, make_game, straight_plan
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game import HalfSpaces, Obstacle, evaluate, make_profile
 from solvers import best_response, best_response_dynamics, certify, social_optimum
-from solvers.solution import Status
+from solvers.solution import Solution, Status
 from tests.command import Ppg
 
 SCALES = [1e-9, 1e-7, 1e-3, 7.0, 1e4, 1e7, 1e9]
@@ -99,10 +100,32 @@ def integrators() -> Game:
     return Game(agents, horizon=14, objective="risk", collisions="swept")
 
 
+@cache
+def standard(name: str) -> Game:
+    """The game in its own units, the same object at each call."""
+    return GAMES[name]()
+
+
+@cache
+def arrivals(game: Game) -> list[int | None]:
+    return [plan and plan.arrival for plan in (straight_plan(a, game.horizon) for a in game.agents)]
+
+
+@cache
+def optimum(game: Game) -> Solution:
+    return social_optimum(game)
+
+
+@cache
+def judged_optimum(game: Game) -> tuple[float, np.ndarray]:
+    """The cost of the first agent's best response to the optimum, and the optimum's regrets."""
+    profile = optimum(game).profile
+    return best_response(game, 0, profile).value, certify(game, profile).regret
+
+
 def assert_same_results(game: Game, other: Game) -> None:
-    flights = [[straight_plan(a, g.horizon) for a in g.agents] for g in (game, other)]
-    assert [f and f.arrival for f in flights[0]] == [f and f.arrival for f in flights[1]]
-    optima = [social_optimum(g) for g in (game, other)]
+    assert arrivals(game) == arrivals(other)
+    optima = [optimum(g) for g in (game, other)]
     assert [s.status for s in optima] == [Status.OPTIMAL] * 2
     assert optima[1].value == pytest.approx(optima[0].value, abs=1e-6)
     assert optima[1].evaluation.violations() == ()
@@ -117,12 +140,9 @@ def assert_same_results(game: Game, other: Game) -> None:
     judged = evaluate(other, profile)
     assert judged.violations() == ()
     np.testing.assert_allclose(judged.shifted_cost, optima[0].evaluation.shifted_cost, atol=1e-6)
-    responses = [
-        best_response(g, 0, p).value for g, p in ((game, optima[0].profile), (other, profile))
-    ]
-    assert responses[1] == pytest.approx(responses[0], abs=1e-6)
-    regrets = [certify(g, p).regret for g, p in ((game, optima[0].profile), (other, profile))]
-    np.testing.assert_allclose(regrets[1], regrets[0], atol=1e-6)
+    response, regret = judged_optimum(game)
+    assert best_response(other, 0, profile).value == pytest.approx(response, abs=1e-6)
+    np.testing.assert_allclose(certify(other, profile).regret, regret, atol=1e-6)
     equilibrium = best_response_dynamics(other)
     assert equilibrium.status is Status.EQUILIBRIUM
     assert equilibrium.evaluation.violations() == ()
@@ -131,7 +151,7 @@ def assert_same_results(game: Game, other: Game) -> None:
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("name", ["head_on", "swept"])
 def test_results_do_not_depend_on_the_unit_of_length(name, scale):
-    game = GAMES[name]()
+    game = standard(name)
     assert_same_results(game, moved(game, scale))
 
 
@@ -141,7 +161,7 @@ def test_results_do_not_depend_on_the_unit_of_length(name, scale):
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("name", GAMES)
 def test_results_do_not_depend_on_unit_and_origin(name, scale, shift):
-    game = GAMES[name]()
+    game = standard(name)
     assert_same_results(game, moved(game, scale, shift))
 
 
@@ -153,7 +173,7 @@ def test_results_do_not_depend_on_the_unit_of_time(tick):
 
 @pytest.mark.parametrize("shift", SHIFTS[1:])
 def test_results_do_not_depend_on_the_origin(shift):
-    game = GAMES["head_on"]()
+    game = standard("head_on")
     assert_same_results(game, moved(game, 1.0, shift))
 
 

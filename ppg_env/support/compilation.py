@@ -5,8 +5,9 @@ as Numba does it.  Where neither is writable (a container without a home), it is
 private temporary folder, which child processes share.  ``NUMBA_CACHE_DIR`` overrides all of them.
 Where no folder is writable (a read-only container), each process compiles for itself.
 
-Processes that start at the same time compile once: the first one holds a lock on the folder, the
-others wait and then load what it has compiled.
+Processes that start at the same time compile once: the first one holds the lock of the function,
+the others wait and then load what it has compiled.  Each function has a lock of its own, so that
+two processes compile two functions at the same time.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from functools import lru_cache
 from typing import Any
 
 import numba
+from numba.core.compiler_lock import global_compiler_lock
 
 INTERPRETED = bool(vars(numba.config)["DISABLE_JIT"])
 """Whether kernels run as Python (NUMBA_DISABLE_JIT=1)."""
@@ -91,24 +93,40 @@ def _temporary_folder() -> str:
 
 
 def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return ``compiling`` under the lock of its folder, except in calls from another one."""
+    """Return ``compiling`` under the lock of its function.
+
+    A function is compiled while the locks of those that call it are held.  Calls have no cycles,
+    so no two processes wait for each other; nor do two threads, since one of them compiles.
+    """
+    function = dispatcher.py_func
+    name = f"{function.__module__}.{function.__qualname__}.lock"
 
     def compile_or_load(signature: Any) -> Any:
-        if getattr(_active, "inside", False):
-            return compiling(signature)
-        _active.inside = True
-        watch = threading.Timer(SILENCE, _announce, (dispatcher,))
-        watch.daemon = True
-        try:
-            watch.start()
-            folder = dispatcher.stats.cache_path or os.devnull  # no lock where nothing is kept
-            with locked(os.path.join(folder, "ppg_env.lock")):
+        folder = dispatcher.stats.cache_path or os.devnull  # no lock where nothing is kept
+        path = os.path.join(folder, name)
+        with global_compiler_lock, _outermost(path, dispatcher) as first:
+            if not first:
                 return compiling(signature)
-        finally:
-            watch.cancel()
-            _active.inside = False
+            with locked(path):
+                return compiling(signature)
 
     return compile_or_load
+
+
+@contextmanager
+def _outermost(path: str, dispatcher: Any) -> Iterator[bool]:
+    """Yield whether this thread does not hold ``path`` yet; say so if it compiles for long."""
+    held = _active.__dict__.setdefault("held", [])
+    watch = threading.Timer(SILENCE, _announce, (dispatcher,))
+    watch.daemon = True
+    if not held:
+        watch.start()
+    held.append(path)
+    try:
+        yield held.count(path) == 1
+    finally:
+        held.pop()
+        watch.cancel()
 
 
 def _announce(dispatcher: Any) -> None:

@@ -147,9 +147,9 @@ def _child(name: str, package: str) -> str | None:
     return prefix + name[len(prefix) :].split(".")[0]
 
 
-def folders(graph: Graph) -> list[str]:
+def folders(names: Iterable[str]) -> list[str]:
     """Return '' and the name of every package that holds other files."""
-    return sorted({name.rpartition(".")[0] for name in graph} | {""})
+    return sorted({name.rpartition(".")[0] for name in names} | {""})
 
 
 def cycles(graph: Graph) -> list[list[str]]:

@@ -10,7 +10,7 @@ import numpy as np
 from numba import prange
 
 from ppg_env.support.compilation import njit
-from solvers.feedback.grid.stage_kernels import best_move, is_near
+from solvers.feedback.grid.stage_kernels import NO, YES, best_move, is_near
 
 SLACK = 1e-4
 """A deviation that gains no more than this counts as none; without it, rounding makes actions of
@@ -29,7 +29,7 @@ def stage_equilibria(own_fields, other_fields, first, second, risk, crash, reach
     """
     for x in prange(choice.shape[1]):
         _agree(own_fields, other_fields, first, second, risk, crash, reach_first, reach_second,
-               swapped, rounds, tolerance, x, choice, regret)  # fmt: skip
+               swapped, rounds, tolerance, np.int64(x), choice, regret)  # fmt: skip
 
 
 @njit(cache=True)
@@ -44,11 +44,11 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
         for turn in range(rounds):
             second_moves = (turn % 2 == 0) != swapped
             if second_moves:
-                new = _answer(other_fields, second, first, risk, False, crash[1], y, x, a,
+                new = _answer(other_fields, second, first, risk, NO, crash[1], y, x, a,
                               reach_second, two)  # fmt: skip
                 gain = two[b] - two[new]
             else:
-                new = _answer(own_fields, first, second, risk, True, crash[0], x, y, b,
+                new = _answer(own_fields, first, second, risk, YES, crash[0], x, y, b,
                               reach_first, one)  # fmt: skip
                 gain = one[a] - one[new]
             # What the other agent could gain is unknown in the first turn.
@@ -66,10 +66,10 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
                 a = new
         a, b = choice[0, x, y], choice[1, x, y]
         if least > limit and (best_a != a or best_b != b):
-            new = _answer(other_fields, second, first, risk, False, crash[1], y, x, a,
+            new = _answer(other_fields, second, first, risk, NO, crash[1], y, x, a,
                           reach_second, two)  # fmt: skip
             gain = two[b] - two[new]
-            new = _answer(own_fields, first, second, risk, True, crash[0], x, y, b, reach_first,
+            new = _answer(own_fields, first, second, risk, YES, crash[0], x, y, b, reach_first,
                           one)  # fmt: skip
             gain = max(gain, one[a] - one[new])
             if gain <= least + limit:

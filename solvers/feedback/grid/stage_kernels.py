@@ -26,6 +26,9 @@ from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
 
+YES, NO = np.bool_(True), np.bool_(False)
+"""Literals have types of their own, for which the functions called would be compiled again."""
+
 
 class Side(NamedTuple):
     """Moves of one agent as arrays.
@@ -150,7 +153,7 @@ def settle(fields, first, second, risk, crash, lam, choice, out):
         for y in range(out.shape[2]):
             a, b = choice[0, x, y], choice[1, x, y]
             p = overlap(
-                risk, True, first.points[x], second.points[y], first.ends[x, a], second.ends[y, b]
+                risk, YES, first.points[x], second.points[y], first.ends[x, a], second.ends[y, b]
             )
             p *= exposed(risk, first.stays[x, a], second.stays[y, b])
             for f in range(2):

@@ -115,13 +115,15 @@ def test_cells_close_a_space_in_three_dimensions():
     assert earliest_way(replace(game, obstacles=game.obstacles[1:]), 0) is not None
 
 
-WALLED = [seed for seed in range(80) if mixed_game(seed).game.obstacles][:16]
+WALLED = [0, 2, 3, 4, 7, 8, 13, 15, 16, 19, 21, 24, 25, 26, 28, 31]
+"""Seeds of games with an obstacle."""
 
 
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
 @pytest.mark.parametrize("seed", first(10, WALLED))
 def test_no_plan_arrives_before_the_bound_or_leaves_the_cells(seed, collisions):
     game = replace(mixed_game(seed).game, collisions=collisions)
+    assert game.obstacles
     for i, drawn in enumerate(mixed_game(seed).profile):
         alone = replace(game, agents=(game.agents[i],))
         plan = make_plan(game.agents[i], drawn.controls)
