@@ -11,7 +11,8 @@ import numpy as np
 
 from benchmarks.crash_risk.explanation import Explanation
 from benchmarks.figures import new_figure, write_figure
-from ppg_env.plotting import COLOURS, as_drawn, draw_game, outline, plane
+from ppg_env.plotting import COLOURS, draw_game
+from ppg_env.plotting.bodies import as_drawn, outline, plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
