@@ -3,9 +3,6 @@
 Look-ahead players (:mod:`solvers.feedback.grid.player`) take the cheapest action; the difference to
 its cost is what another action loses.  Costs leave out those of the step itself, which are the same
 for all actions, but for effort.
-
-The grid takes states outside it as on its border, where actions that stay outside cost the same.
-Here they cost the time back to the grid as well.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ from solvers.feedback.grid.action_kernels import price_alone, price_together
 from solvers.feedback.grid.look_ahead import Body
 from solvers.feedback.grid.moves import after, project
 from solvers.feedback.grid.player import Policy
-from solvers.feedback.grid.state_grid import CELLS_PER_STEP, padded
+from solvers.feedback.grid.state_grid import padded
 
 
 class ActionCosts:
@@ -42,7 +39,7 @@ class ActionCosts:
         alone = policy.stages.alone[agent][policy.row(clock)].reshape(model.grids[agent].shape)
         price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
                      self._padded(agent, states), inputs, out)  # fmt: skip
-        return out + self._way_back(agent, states, inputs)
+        return out
 
     def together(
         self, agent: int, states: np.ndarray, clock: int, actions: np.ndarray, other: np.ndarray
@@ -63,16 +60,7 @@ class ActionCosts:
             model.risk, policy.crash()[agent], self._body(far, clock), self._padded(agent, states),
             self._padded(far, states), ends, size, inputs, out,
         )  # fmt: skip
-        return out + self._way_back(agent, states, inputs)
-
-    def _way_back(self, agent: int, states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """Return (C, K) the costs of the time from outside the grid, after the move, to it."""
-        mover, grid = self._policy.model.game.agents[agent], self._policy.model.grids[agent]
-        ends = after(mover, states[:, None, agent], inputs)
-        last = grid.low + grid.step * (np.array(grid.shape) - 1)
-        reach = CELLS_PER_STEP * grid.step
-        steps: np.ndarray = (np.abs(ends - np.clip(ends, grid.low, last)) / reach).sum(axis=2)
-        return mover.lam * steps
+        return out
 
     def _projected(self, agent: int, clock: int, actions: np.ndarray) -> np.ndarray:
         mover = self._policy.model.game.agents[agent]

@@ -35,7 +35,8 @@ class Body(NamedTuple):
     low, step, shape (2,): the grid; A (2, 2), B (2, m); normals, offsets: faces of the control
     set; actions (A, m); span (2, 2): lowest and highest B u; spacing (m,): between actions;
     effort; stays (n0, n1): probability of no arrival; crash: cost of a crash; share: the agent's
-    part of the costs in the field.
+    part of the costs in the field; back (2,): cost per unit of distance of the way back to the
+    grid.
     """
 
     low: np.ndarray
@@ -52,6 +53,7 @@ class Body(NamedTuple):
     stays: np.ndarray
     crash: float
     share: float
+    back: np.ndarray
 
 
 @njit(cache=True, inline="always")
@@ -88,6 +90,19 @@ def read(body, window, i0, j0, y, w0, w1):
 
 
 @njit(cache=True, inline="always")
+def way_back(body, y):
+    """Return the cost of the way from ``y`` to the grid, zero inside.
+
+    Values outside are those of the border: without this cost nothing leads back.
+    """
+    cost = 0.0
+    for k in range(y.size):
+        beyond = max(body.low[k] - y[k], y[k] - body.low[k] - body.step[k] * (body.shape[k] - 1))
+        cost += body.back[k] * max(beyond, 0.0)
+    return cost
+
+
+@njit(cache=True, inline="always")
 def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
     """Return the cost of the action ``u`` at state ``x``.
 
@@ -95,7 +110,7 @@ def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, oth
     arrival, negative without another agent.
     """
     advance(body, base, u, y)
-    value = read(body, window, i0, j0, y, w0, w1)
+    value = read(body, window, i0, j0, y, w0, w1) + way_back(body, y)
     lost, stays = 0.0, -1.0
     if other[4] >= 0.0:
         p = overlap(risk, own_first, x, other[:2], y, other[2:4])

@@ -15,7 +15,7 @@ from solvers.feedback.grid.joint_model import JointModel
 from solvers.feedback.grid.look_ahead import Body, decide_alone, decide_jointly, respond_everywhere
 from solvers.feedback.grid.moves import action_set, action_spacing, after, project
 from solvers.feedback.grid.places import make_places
-from solvers.feedback.grid.state_grid import AXES, padded
+from solvers.feedback.grid.state_grid import AXES, CELLS_PER_STEP, padded
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
         grid.low, grid.step, np.array(grid.shape), A, B, control.normals, control.offsets, actions,
         np.stack([ends.min(axis=0), ends.max(axis=0)]), action_spacing(actions, control),
         mover.effort, model.stays(agent).reshape(grid.shape).astype(np.float64),
-        float(model.crash[agent]), share,
+        float(model.crash[agent]), share, mover.lam / (CELLS_PER_STEP * grid.step),
     )  # fmt: skip
 
 

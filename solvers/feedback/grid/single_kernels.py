@@ -19,7 +19,7 @@ from numba import prange
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
-from solvers.feedback.grid.look_ahead import REFINEMENTS, SHORTEST, limit
+from solvers.feedback.grid.look_ahead import REFINEMENTS, SHORTEST, limit, way_back
 
 
 class Mover(NamedTuple):
@@ -27,7 +27,8 @@ class Mover(NamedTuple):
 
     low, step, shape, stride (4,): the grid, whose last axis is contiguous; A (4, 4), B (4, m);
     normals, offsets: faces of the control set; actions (A, m); spacing (m,): between actions;
-    effort; stays (K,): probability of no arrival; crash: cost of a crash.
+    effort; stays (K,): probability of no arrival; crash: cost of a crash; back (4,): cost per unit
+    of distance of the way back to the grid.
     """
 
     low: np.ndarray
@@ -43,6 +44,7 @@ class Mover(NamedTuple):
     effort: float
     stays: np.ndarray
     crash: float
+    back: np.ndarray
 
 
 @njit(cache=True)
@@ -91,7 +93,7 @@ def price(mover, harm, field, x, base, u, y, at, weight):
     for q in range(u.size):
         cost += mover.effort * abs(u[q])
     place(mover, y, at, weight)
-    value = weigh(field, at, weight)
+    value = weigh(field, at, weight) + way_back(mover, y)
     if not harm.empty:
         p = chance(harm, x[0], x[1], y[0], y[1])
         if p > 0.0:

@@ -20,7 +20,13 @@ from solvers.feedback.grid.hazards import harm_of
 from solvers.feedback.grid.moves import action_set, action_spacing
 from solvers.feedback.grid.noise_filter import NoiseFilter, make_noise_filter
 from solvers.feedback.grid.single_kernels import Mover
-from solvers.feedback.grid.state_grid import MOST_AXES, Grid, default_step, make_grid
+from solvers.feedback.grid.state_grid import (
+    CELLS_PER_STEP,
+    MOST_AXES,
+    Grid,
+    default_step,
+    make_grid,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +95,8 @@ class SingleModel:
                 Mover(grid.low, grid.step, shape, stride, A, B, control.normals, control.offsets,
                       actions, action_spacing(actions, control), float(agent.effort),
                       stays.astype(np.float64),
-                      float((1.0 - agent.lam) * self.game.crash_cost))
+                      float((1.0 - agent.lam) * self.game.crash_cost),
+                      agent.lam / (CELLS_PER_STEP * grid.step))
             )  # fmt: skip
         return movers
 

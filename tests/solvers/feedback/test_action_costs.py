@@ -59,3 +59,17 @@ def test_the_costs_of_the_first_actions_are_the_value(solution: FeedbackSolution
         assert ahead == pytest.approx([sum(solution.value) - sum(lam)] * 2, rel=0.01)
     else:
         assert np.add(ahead, lam) == pytest.approx(solution.value, rel=0.01)
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_players_return_to_the_grid(solution: FeedbackSolution, alone: bool) -> None:
+    grids = solution.policy.model.grids
+    low = [grid.low[0] - 25.0 for grid in grids]
+    high = [grid.low[0] + grid.step[0] * (grid.shape[0] - 1) + 25.0 for grid in grids]
+    state = np.array([low, high])[:, :, None]  # all ends of one step are outside
+    clock = np.zeros(2, dtype=np.int64)
+    for i, player in enumerate(solution.players()):
+        parked = 1 - i if alone else None  # bodies are removed on arrival
+        view = Observer(solution.game, Rules(), i).view(state, clock, parked)
+        fastest = (10.0, 6.0)[i]
+        assert player.act(view)[:, 0] == pytest.approx([fastest, -fastest])
