@@ -5,6 +5,7 @@ PYTHON ?= python3
 PYTEST_ARGS ?=
 FUZZ_SECONDS ?= 300
 ONLY ?=
+SPHINX_ARGS ?=
 STEPS ?=
 SIZE ?= 1
 PYTHONS ?=
@@ -86,8 +87,9 @@ lint: $(VENV)/.lint ## Check style, formatting and the direction of imports
 types: $(VENV)/.types ## Check types
 	$(BIN)/mypy
 
-docs: $(VENV)/.docs ## Build the documentation into docs/_build/html
-	$(BIN)/sphinx-build -q -W --keep-going docs docs/_build/html
+# SPHINX_ARGS="-D plot_gallery=0 -D nb_execution_mode=off" runs neither examples nor notebooks.
+docs: $(VENV)/.docs ## Build the documentation into docs/_build/html, and run its examples
+	$(BIN)/sphinx-build -q -W --keep-going $(SPHINX_ARGS) docs docs/_build/html
 
 format: $(VENV)/.lint ## Rewrite the code in the project's style
 	$(BIN)/ruff check --fix

@@ -125,7 +125,8 @@ def test_the_noise_has_norm_beta_and_leads_to_the_collision_set(play: Play) -> N
     excess = (collision.normals @ end - collision.offsets).max()
     assert abs(excess) <= 1e-5 * (1.0 + np.abs(end).max())
     if crash.log_probability is not None:
-        assert crash.log_form >= crash.log_probability - 1e-6
+        # Logs of tiny probabilities are exact to a share of their size.
+        assert crash.log_form >= crash.log_probability - 1e-6 - 1e-7 * abs(crash.log_probability)
 
 
 def test_importance_sampling_draws_from_the_same_half_space() -> None:
