@@ -13,14 +13,16 @@ from solvers.planner_options import PlannerOptions
 
 OTHERS = ("feedback-nash", "social", "nash", "receding-social", "receding-nash")
 LEARNED = ("ppo-social", "ppo-selfish")
-EPISODES = 8192
+EPISODES, REPLANNED = 8192, 512
+"""Episodes, and those of players that plan again at every step, a few hundred times a second."""
 
 
 def costs(name: str, game: Game) -> list[np.ndarray]:
     """Return the mean cost of each episode of each run."""
-    planner = PlannerOptions(time_limit=120.0)
+    planner = PlannerOptions(time_limit=1800.0)
     runs = entrant(name, game, planner).policies(game, planner)
-    return [evaluate(game, players, EPISODES, seed=5).cost.mean(axis=1) for players in runs]
+    episodes = REPLANNED if name.startswith("receding") else EPISODES
+    return [evaluate(game, players, episodes, seed=5).cost.mean(axis=1) for players in runs]
 
 
 @pytest.mark.nightly
@@ -35,5 +37,5 @@ def test_no_player_costs_less_than_the_feedback_optimum(
     [least] = costs("feedback-social", game)
     for name in (*OTHERS, *LEARNED):
         for run, other in enumerate(costs(name, game)):
-            gain = mean_interval(least - other)
+            gain = mean_interval(least[: len(other)] - other)
             assert gain.low <= 0.0, (name, run, gain)
