@@ -18,6 +18,7 @@ from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
 from solvers.feedback.grid.stage_kernels import exposed, is_near, overlap, stencil
+from solvers.feedback.grid.way_back import way_back
 
 REFINEMENTS = 3
 """Halvings of the distance between actions."""
@@ -87,19 +88,6 @@ def read(body, window, i0, j0, y, w0, w1):
                 part += w1[s] * window[row, min(max(j + s - 1, 0), body.shape[1] - 1) - j0]
             value += w0[r] * part
     return value
-
-
-@njit(cache=True, inline="always")
-def way_back(body, y):
-    """Return the cost of the way from ``y`` to the grid, zero inside.
-
-    Values outside are those of the border: without this cost nothing leads back.
-    """
-    cost = 0.0
-    for k in range(y.size):
-        beyond = max(body.low[k] - y[k], y[k] - body.low[k] - body.step[k] * (body.shape[k] - 1))
-        cost += body.back[k] * max(beyond, 0.0)
-    return cost
 
 
 @njit(cache=True, inline="always")

@@ -19,7 +19,8 @@ from numba import prange
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
-from solvers.feedback.grid.look_ahead import REFINEMENTS, SHORTEST, limit, way_back
+from solvers.feedback.grid.look_ahead import REFINEMENTS, SHORTEST, limit
+from solvers.feedback.grid.way_back import way_back
 
 
 class Mover(NamedTuple):
