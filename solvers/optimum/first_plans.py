@@ -1,8 +1,8 @@
 """First plans of the exact search over all agents, by best responses.
 
 Among walls, where the search may be long without any plan, selfish responses come first, and the
-cheapest plans on the way to an equilibrium count, so that no result costs more than an equilibrium.
-Responses under the rule that is minimised follow.
+cheapest plans on the way to an equilibrium count, so that a result costs more than an equilibrium
+only where a short limit ends these responses.  Responses under the rule that is minimised follow.
 """
 
 from __future__ import annotations
