@@ -16,7 +16,7 @@ from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
 from solvers import planner_options
-from solvers.feedback.grid.feedback_solution import FeedbackSolution
+from solvers.feedback.grid.feedback_solution import FeedbackSolution, PairwiseSolution
 from solvers.planner_options import PlannerOptions
 from solvers.solution import Solution, Status
 
@@ -25,6 +25,9 @@ ARENAS = ("schedule", "env")
 
 REPLANNING = {"receding-nash": "nash", "receding-social": "social"}
 """Players that plan again for all agents at every step, and whose plans they fall back on."""
+
+Feedback = FeedbackSolution | PairwiseSolution
+"""Policies from dynamic programming."""
 
 FILE = ".npz"
 """A player whose name ends so is a file of learned players."""
@@ -44,7 +47,7 @@ class PlayerEntry:
     """
 
     name: str
-    create: Callable[[Game, PlannerOptions], Solution | Learned | FeedbackSolution]
+    create: Callable[[Game, PlannerOptions], Solution | Learned | Feedback]
     accepts: tuple[str, ...] = ()
     arena: str = "schedule"
     information: str = "own state, or open loop without gain"
@@ -102,6 +105,13 @@ def _feedback(kind: str, game: Game, options: PlannerOptions) -> FeedbackSolutio
     return solve(game, time_limit=options.time_limit)
 
 
+def _pairwise(game: Game, options: PlannerOptions, *, social: bool) -> PairwiseSolution:
+    """Solve all pairs of agents on grids."""
+    from solvers.feedback.grid.pairwise import pairwise_policies
+
+    return pairwise_policies(game, social=social, time_limit=options.time_limit)
+
+
 def _pretrained(name: str, game: Game, _options: PlannerOptions) -> Learned:
     from baselines.pretrained import find_pretrained
 
@@ -142,6 +152,8 @@ PLAYERS: dict[str, PlayerEntry] = {
         ),
         PlayerEntry("feedback-nash", partial(_feedback, "equilibrium"), *_GRID),
         PlayerEntry("feedback-social", partial(_feedback, "optimum"), *_GRID),
+        PlayerEntry("pairwise-nash", partial(_pairwise, social=False), *_GRID),
+        PlayerEntry("pairwise-social", partial(_pairwise, social=True), *_GRID),
         *(PlayerEntry(name, partial(_pretrained, name), *_LEARNED) for name in PRETRAINED),
     )
 }
@@ -170,7 +182,7 @@ class Entrant:
     name: str
     solution: Solution | None = None
     learned: Learned | None = None
-    feedback: FeedbackSolution | None = None
+    feedback: Feedback | None = None
 
     @property
     def runs(self) -> int:
@@ -202,7 +214,7 @@ def entrant(name: str, game: Game, options: PlannerOptions) -> Entrant:
     result = player.create(game, options.only(player.accepts))
     if isinstance(result, Learned):
         return Entrant(name, learned=result)
-    if isinstance(result, FeedbackSolution):
+    if isinstance(result, Feedback):
         return Entrant(name, feedback=result)
     return Entrant(name, solution=result)
 

@@ -78,9 +78,10 @@ class PlayerResult:
 
     @property
     def status(self) -> str:
-        """Status of the planner; ``trained`` for learners, ``grid`` for feedback policies."""
-        if self.entrant.feedback is not None:
-            return "grid"
+        """Status of the planner; ``trained``, ``grid`` or ``pairs`` for policies."""
+        feedback = self.entrant.feedback
+        if feedback is not None:
+            return "grid" if isinstance(feedback, FeedbackSolution) else "pairs"
         return "trained" if self.solution is None else str(self.solution.status)
 
     @property

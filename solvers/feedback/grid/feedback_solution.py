@@ -65,3 +65,29 @@ class FeedbackSolution:
         """The player of the agent that is solved for, if it is one."""
         require(len(self.agents) == 1, "player", "is not of one agent", "use players()")
         return self.players()[self.agents[0]]
+
+
+@dataclass(frozen=True, eq=False)
+class PairwiseSolution:
+    """Policies of three and more agents from the solutions of all pairs.
+
+    They are neither an optimum nor an equilibrium; what counts is their cost in simulated episodes.
+
+    Attributes
+    ----------
+    game, rules : what is played.
+    social : whether the sum of all costs counts, or each agent's own.
+    pairs : the solution of the game of agents i < j, for each pair (i, j).
+    seconds : duration of all solutions.
+    """
+
+    game: Game
+    rules: Rules
+    social: bool
+    pairs: dict[tuple[int, int], FeedbackSolution]
+    seconds: float
+    policy: Policies
+
+    def players(self) -> list[Player]:
+        """Return one player per agent; they share their decisions."""
+        return self.policy.players()
