@@ -14,6 +14,7 @@ from benchmarks.comparison.report import evaluation_report, game_name
 from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from ppg_env.support.statistics import Estimate, Interval, RareEstimate
+from solvers.feedback.grid.feedback_solution import FeedbackSolution
 from solvers.solution import Solution
 
 CONFIDENCE = 0.95

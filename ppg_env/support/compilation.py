@@ -106,11 +106,20 @@ def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], A
         path = os.path.join(folder, name)
         with global_compiler_lock, _outermost(path, dispatcher) as first:
             if not first:
-                return compiling(signature)
+                return _readable(dispatcher, compiling, signature)
             with locked(path):
-                return compiling(signature)
+                return _readable(dispatcher, compiling, signature)
 
     return compile_or_load
+
+
+def _readable(dispatcher: Any, compiling: Callable[[Any], Any], signature: Any) -> Any:
+    """Return ``compiling(signature)``; kept code of an older release may name what is gone."""
+    try:
+        return compiling(signature)
+    except (AttributeError, ImportError):
+        dispatcher._cache.flush()
+        return compiling(signature)
 
 
 @contextmanager

@@ -11,7 +11,6 @@ import numpy as np
 
 from ppg_env.game.input_sets import set_at
 from solvers.feedback.grid.action_kernels import price_alone, price_together
-from solvers.feedback.grid.look_ahead import Body
 from solvers.feedback.grid.moves import after, project
 from solvers.feedback.grid.player import Policy
 from solvers.feedback.grid.state_grid import padded
@@ -22,7 +21,6 @@ class ActionCosts:
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
-        self._bodies: dict[tuple[int, tuple[int, int]], Body] = {}
 
     def stage(self, clock: int) -> tuple[int, tuple[int, int]]:
         """Return what costs at ``clock`` depend on; equal values may be asked for at once."""
@@ -35,7 +33,7 @@ class ActionCosts:
         """
         policy, model, out = self._policy, self._policy.model, np.empty(actions.shape[:2])
         inputs = self._projected(agent, clock, actions)
-        body = self._body(agent, clock)._replace(share=1.0)
+        body = policy.body(agent, clock)._replace(share=1.0)
         alone = policy.stages.alone[agent][policy.row(clock)].reshape(model.grids[agent].shape)
         price_alone(body, model.harm(agent, clock), alone.astype(np.float64), model.risk,
                      self._padded(agent, states), inputs, out)  # fmt: skip
@@ -53,11 +51,11 @@ class ActionCosts:
         inputs = self._projected(agent, clock, actions)
         others = self._projected(far, clock, other[:, None])[:, 0]
         ends = after(model.game.agents[far], states[:, far], others)
-        body = self._body(agent, clock)
+        body = policy.body(agent, clock)
         size = np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
         price_together(
             body, model.harm(agent, clock), policy.field_of(policy.row(clock), agent), agent == 0,
-            model.risk, policy.crash()[agent], self._body(far, clock), self._padded(agent, states),
+            model.risk, policy.crash()[agent], policy.body(far, clock), self._padded(agent, states),
             self._padded(far, states), ends, size, inputs, out,
         )  # fmt: skip
         return out
@@ -70,9 +68,3 @@ class ActionCosts:
 
     def _padded(self, agent: int, states: np.ndarray) -> np.ndarray:
         return padded(states[:, agent, : self._policy.model.game.agents[agent].state_dim])
-
-    def _body(self, agent: int, clock: int) -> Body:
-        key = agent, self._policy.model.epoch(clock)
-        if key not in self._bodies:
-            self._bodies[key] = self._policy.body(agent, clock)
-        return self._bodies[key]

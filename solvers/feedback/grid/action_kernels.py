@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ppg_env.support.compilation import njit
-from solvers.feedback.grid.look_ahead import contract, price, read
+from solvers.feedback.grid.action_price import price, read
+from solvers.feedback.grid.look_ahead import contract
 from solvers.feedback.grid.stage_kernels import is_near
 
 

@@ -9,10 +9,12 @@ import numpy as np
 
 from ppg_env.env.players import Player, View
 from ppg_env.game.input_sets import set_at
+from solvers.feedback.grid.action_price import Body
 from solvers.feedback.grid.backward import Stages
+from solvers.feedback.grid.finer import FinerCosts
 from solvers.feedback.grid.frozen_players import Observer
 from solvers.feedback.grid.joint_model import JointModel
-from solvers.feedback.grid.look_ahead import Body, decide_alone, decide_jointly, respond_everywhere
+from solvers.feedback.grid.look_ahead import decide_alone, decide_jointly, respond_everywhere
 from solvers.feedback.grid.moves import action_set, action_spacing, after, project
 from solvers.feedback.grid.places import make_places
 from solvers.feedback.grid.state_grid import AXES, CELLS_PER_STEP, padded
@@ -27,6 +29,7 @@ class Policy:
     kind : ``optimum``, ``equilibrium`` or ``response``.
     partner : the other agent's player, for a response.
     latest : clock, states and actions of the latest joint decision, which serves both players.
+    bodies, finer : what :meth:`body` has made, per agent and epoch, and per agent.
     """
 
     model: JointModel
@@ -34,6 +37,8 @@ class Policy:
     stages: Stages
     partner: Player | None = None
     latest: list[Any] = field(default_factory=list, compare=False, repr=False)
+    bodies: dict[Any, Body] = field(default_factory=dict, compare=False, repr=False)
+    finer: dict[int, FinerCosts] = field(default_factory=dict, compare=False, repr=False)
 
     def players(self) -> list[Player]:
         """Return one player per agent; the given player where another agent responds to it."""
@@ -63,8 +68,16 @@ class Policy:
         return np.full(2, crash.sum()) if self.kind == "optimum" else crash
 
     def body(self, agent: int, clock: int) -> Body:
-        """Return an agent as the kernels take it."""
-        return make_body(self.model, agent, clock, 0.5 if self.kind == "optimum" else 1.0)
+        """Return an agent at ``clock`` as the kernels take it."""
+        key = agent, self.model.epoch(clock)
+        if key not in self.bodies:
+            share = 0.5 if self.kind == "optimum" else 1.0
+            self.bodies[key] = make_body(self.model, agent, clock, share)
+        if agent not in self.agents:
+            return self.bodies[key]
+        if agent not in self.finer:
+            self.finer[agent] = FinerCosts(self.model, agent, self.stages.alone[agent])
+        return self.finer[agent].put(self.bodies[key], clock)
 
 
 def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
@@ -81,6 +94,7 @@ def make_body(model: JointModel, agent: int, clock: int, share: float) -> Body:
         np.stack([ends.min(axis=0), ends.max(axis=0)]), action_spacing(actions, control),
         mover.effort, model.stays(agent).reshape(grid.shape).astype(np.float64),
         float(model.crash[agent]), share, mover.lam / (CELLS_PER_STEP * grid.step),
+        np.zeros(AXES), np.ones(AXES), np.zeros(AXES, dtype=np.int64), np.zeros((0, 0)),
     )  # fmt: skip
 
 
@@ -91,7 +105,6 @@ class FeedbackPlayer:
 
     def __init__(self, policy: Policy, agent: int) -> None:
         self.policy, self.agent = policy, agent
-        self._bodies: dict[tuple[int, tuple[int, int]], Body] = {}
         self._observer = Observer(policy.model.game, policy.model.rules, 1 - agent)
 
     @property
@@ -130,7 +143,7 @@ class FeedbackPlayer:
         at = [policy.model.grids[i].nearest(self._padded(states[:, i], i)) for i in range(2)]
         choice = policy.stages.choice[policy.row(clock)]
         kept = choice[own if len(choice) == 2 else 0, at[0], at[1]]
-        return self._body(own, clock).actions[kept]
+        return self.policy.body(own, clock).actions[kept]
 
     def _together(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at the joint ``states`` (C, 2, n)."""
@@ -139,7 +152,7 @@ class FeedbackPlayer:
         if latest and latest[0] == clock and np.array_equal(latest[1], states):
             return np.array(latest[2][own])
         row, model = policy.row(clock), policy.model
-        bodies = [self._body(i, clock) for i in range(2)]
+        bodies = [self.policy.body(i, clock) for i in range(2)]
         harms = [model.harm(i, clock) for i in range(2)]
         size = np.max([self._window(body) for body in bodies], axis=0)
         at = [self._padded(states[:, i], i) for i in range(2)]
@@ -162,10 +175,10 @@ class FeedbackPlayer:
         policy, own = self.policy, self.agent
         row, model = policy.row(clock), policy.model
         places = make_places(model, 1 - own).grid
-        far = self._body(1 - own, clock)._replace(
+        far = self.policy.body(1 - own, clock)._replace(
             low=places.low, shape=np.array(places.shape), stays=np.zeros(places.shape)
         )
-        body = self._body(own, clock)._replace(share=1.0)
+        body = self.policy.body(own, clock)._replace(share=1.0)
         at = [self._padded(states[:, i], i) for i in range(2)]
         actions = np.zeros((len(states), body.B.shape[1]))
         respond_everywhere(body, model.harm(own, clock), policy.stages.passing[own][row], own == 0,
@@ -187,7 +200,7 @@ class FeedbackPlayer:
     def _alone(self, states: np.ndarray, clock: int) -> np.ndarray:
         """Return actions at ``states`` (C, n) without the other agent."""
         policy, grid = self.policy, self.policy.model.grids[self.agent]
-        body = self._body(self.agent, clock)._replace(share=1.0)
+        body = self.policy.body(self.agent, clock)._replace(share=1.0)
         actions = np.zeros((len(states), body.B.shape[1]))
         alone = policy.stages.alone[self.agent][policy.row(clock)].reshape(grid.shape)
         decide_alone(body, policy.model.harm(self.agent, clock), alone.astype(np.float64),
@@ -199,10 +212,3 @@ class FeedbackPlayer:
 
     def _window(self, body: Any) -> np.ndarray:
         return np.ceil((body.span[1] - body.span[0]) / body.step).astype(int) + 5
-
-    def _body(self, agent: int, clock: int) -> Body:
-        """Return an agent at ``clock``, made once per epoch."""
-        key = agent, self.policy.model.epoch(clock)
-        if key not in self._bodies:
-            self._bodies[key] = self.policy.body(agent, clock)
-        return self._bodies[key]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from numba.core import caching, config
@@ -109,6 +109,25 @@ def _refuse(_locator: Any) -> None:
 
 def _twice(x: float) -> float:
     return 2 * x
+
+
+class Removed(NamedTuple):
+    value: float
+
+
+def _value_of(pair: Any) -> Any:
+    return pair[0]
+
+
+def test_code_of_a_release_with_other_classes_is_compiled_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    assert compilation.njit(cache=True)(_value_of)(Removed(2.0)) == 2.0
+    monkeypatch.delattr(sys.modules[__name__], "Removed")
+    after = compilation.njit(cache=True)(_value_of)
+    assert after((3.0, 4.0)) == 3.0
+    assert sum(after.stats.cache_misses.values()) == 1
 
 
 @pytest.mark.slow
