@@ -41,6 +41,9 @@ __all__ = ["all_usable", "begin", "link", "step"]
 _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
 
+YES, NO, START = np.bool_(True), np.bool_(False), np.int64(0)
+"""Literals have types of their own, for which the functions called would be compiled again."""
+
 BLOCK = 256
 """Copies that go through all phases of a step before the next ones do."""
 
@@ -84,7 +87,7 @@ def step(
     for first in range(0, clock.size, BLOCK):
         last = min(first + BLOCK, clock.size)
         if g.margin_reward and not g.swept:
-            price_margins(first, last, g.axes, state, state, status, arrived, parked, clock, False,
+            price_margins(first, last, g.axes, state, state, status, arrived, parked, clock, NO,
                           g.stay, g.obstacle_times, lam, g.margin_cap, g.pair, g.normals,
                           g.offsets, g.units, safety_cost)  # fmt: skip
         if apart:
@@ -105,7 +108,7 @@ def step(
             move_obstacles(first, last, g.state_axes, state, status.shape[1], clock, noise, g.path,
                            g.obstacle_times, g.root, g.drifting)  # fmt: skip
         if g.margin_reward and g.swept:
-            price_margins(first, last, g.axes, before, state, status, arrived, parked, clock, True,
+            price_margins(first, last, g.axes, before, state, status, arrived, parked, clock, YES,
                           g.stay, g.obstacle_times, lam, g.margin_cap, g.pair, g.normals,
                           g.offsets, g.units, safety_cost)  # fmt: skip
         if g.sorting:
@@ -120,9 +123,9 @@ def step(
                g.margin_reward, g.remove_crashed, g.swept, g.stay, g.last_motion, g.social,
                g.max_cycles, time_cost, safety_cost, reward, terminated, truncated,
                over)  # fmt: skip
-        _observe(g, first, last, over, False, state, status, clock, observation)
+        _observe(g, first, last, over, NO, state, status, clock, observation)
         if over[first:last].any():
-            _observe(g, first, last, over, True, state, status, clock,
+            _observe(g, first, last, over, YES, state, status, clock,
                      final_observation if restarting else observation)  # fmt: skip
             if restarting:
                 _begin(g, first, last, over, state, status, parked, alive, clock, start_noise,
@@ -132,7 +135,7 @@ def step(
 @njit(cache=True)
 def begin(g, chosen, state, status, parked, alive, clock, noise, observation):
     """Reset the ``chosen`` copies; ``noise`` (C, bodies, n) is read if starts are random."""
-    _begin(g, 0, clock.size, chosen, state, status, parked, alive, clock, noise, observation)
+    _begin(g, START, clock.size, chosen, state, status, parked, alive, clock, noise, observation)
 
 
 @njit(inline="always")
@@ -140,4 +143,4 @@ def _begin(g, first, last, chosen, state, status, parked, alive, clock, noise, o
     restart(g.state_axes, first, last, chosen, state, status, parked, alive, clock, noise,
             g.playing, g.start, g.start_root, g.random_start, g.goal, g.agent_codes, g.tolerance,
             g.scheduled, g.path)  # fmt: skip
-    _observe(g, first, last, chosen, True, state, status, clock, observation)
+    _observe(g, first, last, chosen, YES, state, status, clock, observation)

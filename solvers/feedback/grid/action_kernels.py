@@ -7,7 +7,7 @@ import numpy as np
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.action_price import price, read
 from solvers.feedback.grid.look_ahead import contract
-from solvers.feedback.grid.stage_kernels import is_near
+from solvers.feedback.grid.stage_kernels import YES, ZERO, is_near
 
 
 @njit(cache=True)
@@ -18,7 +18,7 @@ def price_alone(body, harm, alone, risk, states, actions, out):
         other = np.full(5, -1.0)
         base[:] = body.A @ states[c]
         for k in range(actions.shape[1]):
-            out[c, k] = price(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base,
+            out[c, k] = price(body, harm, alone, ZERO, ZERO, risk, YES, 0.0, states[c], base,
                               actions[c, k], y, other, w0, w1)  # fmt: skip
 
 

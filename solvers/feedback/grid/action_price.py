@@ -90,6 +90,12 @@ def read(body, window, i0, j0, y, w0, w1):
     return value
 
 
+@njit(cache=True)
+def change(low, step, shape, gap, y, w0, w1):
+    """Return the interpolant at ``y`` of ``gap`` on a grid; a call of its own compiles once."""
+    return read(Cells(low, step, shape), gap, 0, 0, y, w0, w1)
+
+
 @njit(cache=True, inline="always")
 def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, other, w0, w1):
     """Return the cost of the action ``u`` at state ``x``.
@@ -100,8 +106,7 @@ def price(body, harm, window, i0, j0, risk, own_first, crash, x, base, u, y, oth
     advance(body, base, u, y)
     value = read(body, window, i0, j0, y, w0, w1) + way_back(body, y)
     if body.gap.size > 0:
-        cells = Cells(body.finer_low, body.finer_step, body.finer_shape)
-        value += read(cells, body.gap, 0, 0, y, w0, w1)
+        value += change(body.finer_low, body.finer_step, body.finer_shape, body.gap, y, w0, w1)
     lost, stays = 0.0, -1.0
     if other[4] >= 0.0:
         p = overlap(risk, own_first, x, other[:2], y, other[2:4])

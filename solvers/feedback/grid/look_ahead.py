@@ -10,10 +10,9 @@ other agent.
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from ppg_env.support.compilation import njit
-from solvers.feedback.grid.action_price import advance, price, read
+from solvers.feedback.grid.action_price import price, read
 from solvers.feedback.grid.stage_kernels import is_near, stencil
 
 REFINEMENTS = 3
@@ -21,9 +20,6 @@ REFINEMENTS = 3
 
 SHORTEST = 0.1
 """A smaller part of a shift to the border of the control set is not tried."""
-
-SWEEPS = 3
-"""Most actions that are chosen in turn, per agent, for one joint decision."""
 
 
 @njit(cache=True)
@@ -127,79 +123,3 @@ def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, f
         search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
     if finer:
         refine(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
-
-
-@njit(cache=True, parallel=True)
-def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
-                       size, actions):  # fmt: skip
-    """Write the best actions (C, m) at ``states`` (C, 2), given where the other goes (C, 2)."""
-    for c in prange(states.shape[0]):
-        w0, w1, base = np.empty(4), np.empty(4), np.empty(2)
-        index, weight = np.empty(16, np.int64), np.empty(16)
-        window = np.empty((size[0], size[1]))
-        base[:] = body.A @ states[c]
-        respond_to(body, harm, field, own_first, risk, crash, states[c], base, far, far_states[c],
-                   far_ends[c], True, True, w0, w1, index, weight, window, actions[c])  # fmt: skip
-
-
-@njit(cache=True, parallel=True)
-def decide_jointly(
-    first, second, first_harm, second_harm, first_field, second_field, crash, risk, choice, states,
-    size, one, two,
-):  # fmt: skip
-    """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
-
-    They start as those of the nearest grid state; then each agent in turn takes the best of its
-    set on its field (K0, K1), until neither changes; both are refined last.
-    """
-    for c in prange(states.shape[0]):
-        w0, w1 = np.empty(4), np.empty(4)
-        index, weight = np.empty(16, np.int64), np.empty(16)
-        window = np.empty((size[0], size[1]))
-        base, y, z = np.empty((2, 2)), np.empty(2), np.empty(2)
-        base[0] = first.A @ states[c, 0]
-        base[1] = second.A @ states[c, 1]
-        i, j = nearest(first, states[c, 0]), nearest(second, states[c, 1])
-        one[c] = first.actions[choice[0, i, j]]
-        two[c] = second.actions[choice[1, i, j]]
-        before, unchanged, turn = np.empty(max(one.shape[1], two.shape[1])), 0, 0
-        advance(second, base[1], two[c], z)
-        # The last two turns refine the actions of both.
-        while turn < 2 * SWEEPS + 2:
-            finer = turn >= 2 * SWEEPS
-            if turn % 2 == 0:
-                before[: one.shape[1]] = one[c]
-                respond_to(first, first_harm, first_field, True, risk, crash[0], states[c, 0],
-                           base[0], second, states[c, 1], z, not finer, finer, w0, w1, index,
-                           weight, window, one[c])  # fmt: skip
-                advance(first, base[0], one[c], y)
-                same = np.abs(before[: one.shape[1]] - one[c]).max() == 0.0
-            else:
-                before[: two.shape[1]] = two[c]
-                respond_to(second, second_harm, second_field, False, risk, crash[1], states[c, 1],
-                           base[1], first, states[c, 0], y, not finer, finer, w0, w1, index,
-                           weight, window, two[c])  # fmt: skip
-                advance(second, base[1], two[c], z)
-                same = np.abs(before[: two.shape[1]] - two[c]).max() == 0.0
-            unchanged = unchanged + 1 if same else 1
-            turn += 1
-            if unchanged == 2 and turn < 2 * SWEEPS and turn % 2 == 0:
-                turn = 2 * SWEEPS
-
-
-@njit(cache=True, parallel=True)
-def decide_alone(body, harm, alone, risk, states, actions):
-    """Write the best actions (C, m) of an agent alone; ``alone`` (n0, n1) are its costs."""
-    for c in prange(states.shape[0]):
-        w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.full(5, -1.0)
-        base[:] = body.A @ states[c]
-        search(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
-        refine(body, harm, alone, 0, 0, risk, True, 0.0, states[c], base, other, w0, w1, actions[c])
-
-
-@njit(cache=True)
-def nearest(body, state):
-    """Return the number of the grid point nearest to ``state``."""
-    i = int(np.rint(min(max((state[0] - body.low[0]) / body.step[0], 0.0), body.shape[0] - 1.0)))
-    j = int(np.rint(min(max((state[1] - body.low[1]) / body.step[1], 0.0), body.shape[1] - 1.0)))
-    return i * body.shape[1] + j

@@ -20,7 +20,8 @@ from ppg_env.game.game import Game
 from ppg_env.game.input_sets import set_at
 from ppg_env.game.polytope import Polytope
 from solvers.feedback.grid.action_costs import ActionCosts
-from solvers.feedback.grid.look_ahead import REFINEMENTS, SWEEPS
+from solvers.feedback.grid.decisions import SWEEPS
+from solvers.feedback.grid.look_ahead import REFINEMENTS
 from solvers.feedback.grid.moves import action_spacing
 from solvers.feedback.grid.player import Policy
 

@@ -11,10 +11,10 @@ from ppg_env.env.players import Player, View
 from ppg_env.game.input_sets import set_at
 from solvers.feedback.grid.action_price import Body
 from solvers.feedback.grid.backward import Stages
+from solvers.feedback.grid.decisions import decide_alone, decide_jointly, respond_everywhere
 from solvers.feedback.grid.finer import FinerCosts
 from solvers.feedback.grid.frozen_players import Observer
 from solvers.feedback.grid.joint_model import JointModel
-from solvers.feedback.grid.look_ahead import decide_alone, decide_jointly, respond_everywhere
 from solvers.feedback.grid.moves import action_set, action_spacing, after, project
 from solvers.feedback.grid.places import make_places
 from solvers.feedback.grid.state_grid import AXES, CELLS_PER_STEP, padded

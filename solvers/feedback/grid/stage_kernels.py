@@ -26,7 +26,7 @@ from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
 from solvers.feedback.grid.event_table import chance
 
-YES, NO = np.bool_(True), np.bool_(False)
+YES, NO, ZERO = np.bool_(True), np.bool_(False), np.int64(0)
 """Literals have types of their own, for which the functions called would be compiled again."""
 
 
