@@ -27,12 +27,14 @@ FINENESS = 2
 class FinerCosts:
     """Differences of the costs of ``agent`` alone, per number of steps left.
 
-    ``alone`` (S, K) are its costs on the joint grid.  There is no finer grid where the state has
+    ``alone`` (S, K) are its costs on the joint grid, of which the last row stands for all further
+    steps if they are ``stationary``.  There is no finer grid where the state has
     components that are no positions.
     """
 
-    def __init__(self, model: JointModel, agent: int, alone: np.ndarray) -> None:
-        self._model, self._agent, self._alone = model, agent, alone
+    def __init__(self, model: JointModel, agent: int, alone: np.ndarray, stationary: bool) -> None:
+        self._model, self._agent = model, agent
+        self._alone, self._stationary = alone, stationary
         self._fields: list[np.ndarray] = []
         self._single: SingleModel | None = None
         if model.game.agents[agent].state_dim == model.game.dim:
@@ -49,7 +51,8 @@ class FinerCosts:
         left = min(left, len(self._alone))
         finer, coarse = _cells(self._single.grid), self._model.grids[self._agent]
         if left not in self._gaps:
-            field = self._fields[min(left, len(self._fields)) - 1]
+            settled = self._stationary and left == len(self._alone)
+            field = self._fields[-1 if settled else min(left, len(self._fields)) - 1]
             gap = field.reshape(finer.shape).astype(np.float64)
             alone = self._alone[left - 1].astype(np.float64)
             subtract_interpolant(gap, finer, _cells(coarse), alone.reshape(coarse.shape))

@@ -76,7 +76,9 @@ class Policy:
         if agent not in self.agents:
             return self.bodies[key]
         if agent not in self.finer:
-            self.finer[agent] = FinerCosts(self.model, agent, self.stages.alone[agent])
+            self.finer[agent] = FinerCosts(
+                self.model, agent, self.stages.alone[agent], self.stages.stationary
+            )
         return self.finer[agent].put(self.bodies[key], clock)
 
 

@@ -16,13 +16,15 @@ from tests.solvers.feedback.line_games import line_agent, line_game
 def test_actions_of_an_agent_alone_have_the_costs_of_the_finer_grid() -> None:
     game = line_game(line_agent(0.0, 40.0), line_agent(25.0, 65.0, -6.0, 6.0))
     solution = feedback_optimum(game, step=2.5)
-    model = make_single_model(game, Rules().of(game), 0, (), solution.step / FINENESS)
+    rules = Rules().of(game)
+    model = make_single_model(game, rules, 0, (), solution.step / FINENESS)
     points = model.grid.points[:, 0]
     inside = points[(points > 3.0) & (points < 60.0)]
     states = np.zeros((len(inside), 2, 1))
     states[:, 0, 0] = inside - 3.0
     actions = np.full((len(inside), 1, 1), 3.0)
+    costs, steps = ActionCosts(solution.policy), rules.steps(game)
     for left, field in enumerate(fields(model), 1):
-        costs = ActionCosts(solution.policy).alone(0, states, game.horizon - left, actions)[:, 0]
+        found = costs.alone(0, states, steps - left, actions)[:, 0]
         expected = np.interp(inside, points, field)
-        assert costs == pytest.approx(expected, abs=2e-5)
+        assert found == pytest.approx(expected, abs=2e-5)

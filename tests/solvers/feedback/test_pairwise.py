@@ -1,4 +1,4 @@
-"""Policies from pairs: exact where a third agent is far away, good where three meet, refused else."""
+"""Policies from pairs: exact where a third agent is far away, and good where three meet."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from solvers.feedback.grid.pairwise import pairwise_policies
 from solvers.feedback.grid.pairwise_player import Scene, within
 from tests.solvers.feedback.line_games import line_agent, line_game
 
-EPISODES = 4000
+EPISODES = 1000
 
 
 def three(last: float) -> Game:
