@@ -50,14 +50,10 @@ def test_agents_far_from_a_third_act_as_the_pair_does(social: bool) -> None:
 
 def test_three_in_a_row_cost_less_than_those_that_go_straight() -> None:
     game = three(50.0)
-    selfish, social = (pairwise_policies(game, social=social, step=2.5) for social in (False, True))
+    both = [pairwise_policies(game, social=social, step=2.5).players() for social in (False, True)]
     straight = [GoToGoal(game, i) for i in range(3)]
-    costs = [
-        evaluate(game, players, EPISODES, seed=0).cost.mean()
-        for players in (social.players(), selfish.players(), straight)
-    ]
-    assert costs[0] < costs[1] + 0.05
-    assert costs[1] < costs[2] - 5.0
+    costs = [evaluate(game, players, EPISODES, seed=0).cost.mean() for players in (*both, straight)]
+    assert max(costs[:2]) < costs[2] - 5.0
 
 
 def test_an_agent_alone_costs_what_it_costs_in_its_pairs() -> None:
