@@ -42,7 +42,7 @@ def pairwise_policies(
     Parameters
     ----------
     game, rules
-        A game of three or more agents with up to two state components each, of which arrived
+        A game of two or more agents with up to two state components each, of which arrived
         bodies leave; and the rules of play.
     social
         Minimise the sum of all costs, with the optimum of each pair, or each agent's own, with
@@ -61,7 +61,7 @@ def pairwise_policies(
     """
     began, count = monotonic(), len(game.agents)
     rules = (Rules() if rules is None else rules).of(game)
-    require(count > 2, "game", f"has {count} agents", "use feedback_optimum")
+    require(count > 1, "game", "has one agent", "use feedback_optimum")
     require(
         rules.on_goal == "remove",
         "on_goal",

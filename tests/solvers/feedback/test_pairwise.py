@@ -74,10 +74,10 @@ def test_steps_end_at_the_border_of_the_control_set() -> None:
     assert ends[1] == pytest.approx(np.array([[4.0, 0.0], [0.0, -3.0], [0.0, 0.0]]))
 
 
-def test_two_agents_and_bodies_that_stay_are_refused() -> None:
+def test_one_agent_and_bodies_that_stay_are_refused() -> None:
     game = three(50.0)
-    with pytest.raises(InputError, match="has 2 agents"):
-        pairwise_policies(replace(game, agents=game.agents[:2]), social=True)
+    with pytest.raises(InputError, match="has one agent"):
+        pairwise_policies(replace(game, agents=game.agents[:1]), social=True)
     with pytest.raises(InputError, match="on_goal"):
         pairwise_policies(game, Rules(on_goal="stay"), social=True)
 
