@@ -20,7 +20,7 @@ OTHER = {
 }
 
 
-GRID = ("feedback-nash", "feedback-social")
+GRID = ("feedback-nash", "feedback-social", "pairwise-nash", "pairwise-social")
 
 
 @pytest.mark.parametrize(
