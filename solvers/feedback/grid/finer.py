@@ -14,9 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from solvers.feedback.grid.action_price import Body, Cells, subtract_interpolant
-from solvers.feedback.grid.backward import STATIONARY
 from solvers.feedback.grid.joint_model import JointModel
-from solvers.feedback.grid.single_kernels import step_back
+from solvers.feedback.grid.single_backward import single_stages
 from solvers.feedback.grid.single_model import SingleModel, make_single_model
 from solvers.feedback.grid.state_grid import AXES, Grid
 
@@ -40,7 +39,7 @@ class FinerCosts:
         if model.game.agents[agent].state_dim == model.game.dim:
             step = model.step / FINENESS
             self._single = make_single_model(model.game, model.rules, agent, (), step)
-            self._fields = fields(self._single)
+            self._fields = [field for field, _ in single_stages(self._single)]
         self._gaps: dict[int, np.ndarray] = {}
 
     def put(self, body: Body, clock: int) -> Body:
@@ -66,17 +65,3 @@ class FinerCosts:
 def _cells(grid: Grid) -> Cells:
     """Return the first two axes of a grid."""
     return Cells(grid.low[:AXES].copy(), grid.step[:AXES].copy(), np.array(grid.shape[:AXES]))
-
-
-def fields(model: SingleModel) -> list[np.ndarray]:
-    """Return the costs (K,) after a move, per number of steps left, up to a stationary stage."""
-    result: list[np.ndarray] = []
-    value = np.zeros(model.size, np.float32)
-    for clock in reversed(range(model.rules.steps(model.game))):
-        ahead = model.noise.traffic(value)
-        result.append(ahead)
-        same = len(result) > 1 and model.clock_free
-        if same and float(np.abs(ahead - result[-2]).max()) < STATIONARY:
-            break
-        step_back(model.mover(clock), model.harm(clock), ahead, float(model.own.lam), value)
-    return result

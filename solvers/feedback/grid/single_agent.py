@@ -17,11 +17,12 @@ import numpy as np
 from ppg_env.env.players import Player, View
 from ppg_env.env.rules import Rules
 from ppg_env.game.game import Game
-from solvers.feedback.grid.backward import SPARE, STATIONARY, check_memory, check_time
+from solvers.feedback.grid.backward import SPARE, check_memory, check_time
 from solvers.feedback.grid.feedback_solution import FeedbackSolution
 from solvers.feedback.grid.frozen_bodies import followed_plans, frozen_bodies
 from solvers.feedback.grid.joint_model import FLOAT
-from solvers.feedback.grid.single_kernels import decide, step_back, value_at
+from solvers.feedback.grid.single_backward import single_stages
+from solvers.feedback.grid.single_kernels import decide, value_at
 from solvers.feedback.grid.single_model import SingleModel, make_single_model
 from solvers.feedback.grid.state_grid import MOST_AXES, padded
 
@@ -83,18 +84,12 @@ def solve_single(
     others = {j: player for j, player in enumerate(players) if j != agent}
     bodies = frozen_bodies(game, agent, followed_plans(others))
     model = make_single_model(game, rules, agent, bodies, step)
-    total, lam = rules.steps(game), float(model.own.lam)
+    total = rules.steps(game)
     needed = FLOAT * model.size * (total + SPARE)
     check_memory(needed, memory_limit)
-    fields, value = np.empty((total, model.size), np.float32), np.zeros(model.size, np.float32)
-    done, same = 0, False
-    while done < total and not same:
-        clock = total - 1 - done
-        fields[done] = model.noise.traffic(value)
-        step_back(model.mover(clock), model.harm(clock), fields[done], lam, value)
-        same = done > 0 and model.clock_free
-        same = same and float(np.abs(fields[done] - fields[done - 1]).max()) < STATIONARY
-        done += 1
+    fields, value, done = np.empty((total, model.size), np.float32), np.empty(0), 0
+    for done, (field, costs) in enumerate(single_stages(model), 1):
+        fields[done - 1], value = field, costs
         if progress is not None:
             progress(done, total)
         check_time(began, time_limit, done, total)

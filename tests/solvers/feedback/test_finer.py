@@ -8,7 +8,8 @@ import pytest
 from ppg_env.env.rules import Rules
 from solvers.feedback.grid.action_costs import ActionCosts
 from solvers.feedback.grid.dynamic_programming import feedback_optimum
-from solvers.feedback.grid.finer import FINENESS, fields
+from solvers.feedback.grid.finer import FINENESS
+from solvers.feedback.grid.single_backward import single_stages
 from solvers.feedback.grid.single_model import make_single_model
 from tests.solvers.feedback.line_games import line_agent, line_game
 
@@ -24,7 +25,7 @@ def test_actions_of_an_agent_alone_have_the_costs_of_the_finer_grid() -> None:
     states[:, 0, 0] = inside - 3.0
     actions = np.full((len(inside), 1, 1), 3.0)
     costs, steps = ActionCosts(solution.policy), rules.steps(game)
-    for left, field in enumerate(fields(model), 1):
+    for left, (field, _) in enumerate(single_stages(model), 1):
         found = costs.alone(0, states, steps - left, actions)[:, 0]
         expected = np.interp(inside, points, field)
         assert found == pytest.approx(expected, abs=2e-5)
