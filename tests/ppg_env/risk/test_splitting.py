@@ -54,6 +54,7 @@ def test_tracked_plans_crash_as_often_as_sampling_the_plans_says(name: str) -> N
         assert truth.value <= one.high + FAR * one.standard_error
 
 
+@pytest.mark.slow
 def test_far_below_what_can_be_counted_it_still_agrees() -> None:
     game = make_game("parallel", start={1: [10.0, 43.0]}, goal={1: [95.0, 43.0]}, noise=1.3)
     profile = fly(game)
