@@ -12,7 +12,6 @@ from ppg_env.env.observation import observation_size
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 from tests.baselines.small import ROLLOUT, shorten_trainings, small_policy
-from tests.marks import first
 
 RULE = Randomize(
     lam=Uniform(0.2, 0.8), noise=Uniform(1.0, 3.0), goal=Near(2.0), size=Choice([1.0, 1.1])
@@ -51,7 +50,7 @@ def test_players_of_another_rule_are_refused_in_one_sentence(game: Game) -> None
 
 
 @pytest.mark.usefixtures("_short")
-@pytest.mark.parametrize("method", first(1, ["shared", "independent", "off-policy"]))
+@pytest.mark.parametrize("method", ["shared", "independent", "off-policy"])
 def test_a_training_over_drawn_games_is_written_and_played(
     game: Game, method: str, tmp_path
 ) -> None:

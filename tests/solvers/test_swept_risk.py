@@ -14,6 +14,7 @@ from ppg_env.risk.importance_sampling import rare_risk
 from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.risk.union_bounds import risk_bounds
 from solvers import potential_equilibrium, social_optimum
+from tests.marks import first
 
 SCENARIOS = ("opposing", "head_on", "parallel", "intersection", "intersection3")
 CASES = list(product(SCENARIOS, ["box", "l1"], [0.0, 0.5], [0.5, 0.8], ["social", "nash"]))
