@@ -101,6 +101,7 @@ def test_people_get_a_table_and_a_picture_and_no_probability_of_zero(ppg, tmp_pa
     assert str(picture) in done.err
 
 
+@pytest.mark.slow
 def test_a_picture_is_written_with_json_only_when_asked(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "circle(2)", "--players", "straight,social", "--episodes", "100"]

@@ -164,6 +164,7 @@ def test_replanning_players_are_not_split(ppg):
     assert "--method mc" in done.err
 
 
+@pytest.mark.slow
 def test_compare_samples_what_it_could_not_count_and_says_so(ppg):
     words = ["compare", "intersection", "--margin-cap", "3.5", "--players", "social,straight"]
     rows = ppg(*words, "--episodes", "5000", "--json").json["rows"]
@@ -178,6 +179,7 @@ def test_compare_samples_what_it_could_not_count_and_says_so(ppg):
     assert "**" not in table
 
 
+@pytest.mark.slow
 def test_compare_splits_in_the_environment(ppg):
     words = ["compare", "parallel", "--noise", "3", "--players", "straight", "--arena", "env"]
     (row,) = ppg(*words, "--episodes", "4000", "--json").json["rows"]

@@ -105,6 +105,7 @@ def test_a_cut_search_keeps_a_true_lower_bound():
         assert social_optimum(game, time_limit=limit).bound <= best.value + 1e-6
 
 
+@pytest.mark.slow
 def test_many_agents_without_a_plan_in_time_are_not_searched_exactly():
     """That search looks through all vectors of arrivals before it looks at the clock."""
     solution = social_optimum(make_game("circle(16)", objective="risk", lam=0.8), time_limit=0.0)

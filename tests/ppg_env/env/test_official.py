@@ -105,7 +105,7 @@ def early() -> ppg_env.Game:
     return make_game("head_on", start=starts, goal={0: [95.0, 50.0], 1: [5.0, 50.0]})
 
 
-@pytest.mark.parametrize("on_goal", ["remove", "stay"])
+@pytest.mark.parametrize("on_goal", first(1, ["remove", "stay"]))
 @pytest.mark.parametrize("on_crash", ["remove", "continue"])
 @pytest.mark.parametrize("make", [crowded, early])
 def test_crashes_and_early_arrivals_pass_the_tests(make: Any, on_crash: str, on_goal: str) -> None:

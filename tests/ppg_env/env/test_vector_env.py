@@ -25,7 +25,7 @@ def towards_goal(envs: GameVectorEnv) -> np.ndarray:
 
 
 @pytest.mark.parametrize("observation", first(2, ["relative", "lidar", "neighbours(k=1)", "state"]))
-@pytest.mark.parametrize("learner", [0, 2])
+@pytest.mark.parametrize("learner", first(1, [0, 2]))
 def test_one_copy_is_the_single_environment(observation: str, learner: int) -> None:
     options: dict[str, Any] = {"observation": observation, "learner": learner, "reward": "margin"}
     options |= {"sharing": "social" if learner else "selfish"}

@@ -33,7 +33,7 @@ def merge(collisions="instants") -> Game:
     )
 
 
-@pytest.mark.parametrize("collisions", ["instants", "swept"])
+@pytest.mark.parametrize("collisions", first(1, ["instants", "swept"]))
 @pytest.mark.parametrize("planner", first(1, [social_optimum, potential_equilibrium]))
 def test_among_walls_the_plans_of_best_responses_are_there_from_the_start(planner, collisions):
     game = merge(collisions)
