@@ -47,11 +47,14 @@ test test-slow test-nightly: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.test ## Run the tests that guard a change (PYTEST_ARGS="-k name" adds options)
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not slow" $(PYTEST_ARGS)
 
+# Property tests run again, over more examples.
 test-slow: $(VENV)/.test ## Run the other tests: whole trainings, studies, sweeps and proofs
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and not nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "(slow or hypothesis) and not nightly" \
+		--hypothesis-profile=thorough $(PYTEST_ARGS)
 
 test-nightly: $(VENV)/.test ## Run the slow cases that take minutes: motion against other solvers
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and nightly" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "slow and nightly" \
+		--hypothesis-profile=thorough $(PYTEST_ARGS)
 
 fuzz: $(VENV)/.test ## Run the property tests over new examples for FUZZ_SECONDS, 300 by default
 	$(BIN)/python -m tests.fuzz $(FUZZ_SECONDS)

@@ -1,7 +1,8 @@
-"""Hypothesis profiles: the same examples in every run, or new ones in each.
+"""Hypothesis profiles: few or more examples, the same in every run, or new ones in each.
 
 ``default`` derives its examples from the tests alone, so that a run gives the same verdict on every
-machine.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.
+machine.  ``thorough`` derives more of them in the same way; ``make test-slow`` and ``make
+test-nightly`` use it.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.
 """
 
 from __future__ import annotations
@@ -10,15 +11,16 @@ from hypothesis import HealthCheck, settings
 
 
 def register_profiles() -> None:
-    """Register both profiles and load the default one; ``--hypothesis-profile`` overrides it."""
+    """Register all profiles and load the default one; ``--hypothesis-profile`` overrides it."""
     # No deadlines and no check of speed: times say nothing on shared machines.
-    settings.register_profile(
-        "default",
-        max_examples=40,
-        derandomize=True,
-        deadline=None,
-        suppress_health_check=[HealthCheck.too_slow],
-    )
+    for name, count in (("default", 12), ("thorough", 40)):
+        settings.register_profile(
+            name,
+            max_examples=count,
+            derandomize=True,
+            deadline=None,
+            suppress_health_check=[HealthCheck.too_slow],
+        )
     settings.register_profile(
         "fuzz",
         max_examples=400,

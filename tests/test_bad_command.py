@@ -18,6 +18,7 @@ import tomli_w
 from ppg_env import make_game, straight_plan
 from ppg_env.formats.plan_file import write_plan
 from tests.command import Ppg, Run
+from tests.marks import first
 from tests.oracles.faults import VALID, changed
 
 ROOT = Path(__file__).parents[1]
@@ -108,7 +109,7 @@ MISTAKES: dict[str, tuple[str, ...]] = {
 }
 
 
-@pytest.mark.parametrize("as_json", [False, True], ids=["", "--json"])
+@pytest.mark.parametrize("as_json", first(1, [False, True]), ids=["", "--json"])
 @pytest.mark.parametrize("command", MISTAKES)
 def test_a_mistake_is_reported_in_one_line(
     command: str, as_json: bool, ppg: Ppg, folder: Path
@@ -144,7 +145,9 @@ BROKEN_PLANS = {
 }
 
 
-@pytest.mark.parametrize("command", ["risk", "certify", "render", "risk --json", "certify --json"])
+@pytest.mark.parametrize(
+    "command", first(2, ["risk", "certify --json", "certify", "render", "risk --json"])
+)
 @pytest.mark.parametrize("name", BROKEN_PLANS)
 def test_a_broken_plan_file_is_reported_in_one_line(
     name: str, command: str, ppg: Ppg, folder: Path
@@ -167,7 +170,7 @@ def test_a_broken_plan_file_is_reported_in_one_line(
         ("agent.1.start", [1.0, 1.0], "agent[0].start"),
     ],
 )
-@pytest.mark.parametrize("verb", ["show", "solve", "compare", "render"])
+@pytest.mark.parametrize("verb", first(2, ["show", "solve", "compare", "render"]))
 def test_a_faulty_game_file_is_reported_with_file_and_place(
     verb: str, place: str, value: object, shown: str, ppg: Ppg
 ) -> None:

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.marks import slow_if
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("ppg_env", "solvers", "baselines", "benchmarks")
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -63,11 +65,7 @@ def test_there_are_recipes() -> None:
 
 
 @pytest.mark.parametrize(
-    "recipe",
-    [
-        pytest.param(r, marks=pytest.mark.slow if "player" in r or "study" in r else ())
-        for r in RECIPES
-    ],
+    "recipe", slow_if(lambda recipe: recipe.split()[-1] != "scenario", RECIPES)
 )
 def test_a_recipe_works_as_written(recipe: str, copy: Path) -> None:
     commands = []

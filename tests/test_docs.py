@@ -71,7 +71,8 @@ def words(command: str) -> list[str]:
 def takes_long(page: Path) -> bool:
     """Whether the commands of a page take more than a few seconds, even shortened."""
     return (
-        page.name in ("README.md", "fly.md", "learning.md", "play.md", "risk.md", "sweeps.md")
+        page.name
+        in ("README.md", "fly.md", "learning.md", "play.md", "recipes.md", "risk.md", "sweeps.md")
         or page.parent.name == "studies"
     )
 
@@ -96,7 +97,9 @@ def test_commands_run_in_the_order_of_the_page(
 
 
 @pytest.mark.parametrize(
-    "page", slow_if(lambda page: page.name == "learning.md", PAGES), ids=lambda page: page.name
+    "page",
+    slow_if(lambda page: page.name in ("learning.md", "risk.md"), PAGES),
+    ids=lambda page: page.name,
 )
 def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -188,7 +191,9 @@ def cells_of(line: str) -> list[tuple[str, range]]:
     return [(cell[0], range(*cell.span())) for cell in re.finditer(r"\S+(?: \S+)*", line)]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", slow_if(lambda page: page.name == "sweeps.md", PAGES), ids=lambda page: page.name
+)
 def test_printed_sweeps_are_current(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -216,7 +221,9 @@ def sweep_lines(table: str) -> list[tuple[list[str], list[float]]]:
 
 
 @pytest.mark.parametrize(
-    "page", slow_if(lambda page: page.name == "learning.md", PAGES), ids=lambda page: page.name
+    "page",
+    slow_if(lambda page: page.name in ("learning.md", "risk.md"), PAGES),
+    ids=lambda page: page.name,
 )
 def test_printed_studies_are_what_their_results_say(
     page: Path, ppg: Ppg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -17,8 +17,9 @@ from ppg_env.game import HalfSpaces, Obstacle, evaluate, make_profile
 from solvers import best_response, best_response_dynamics, certify, social_optimum
 from solvers.solution import Solution, Status
 from tests.command import Ppg
+from tests.marks import first
 
-SCALES = [1e-9, 1e-7, 1e-3, 7.0, 1e4, 1e7, 1e9]
+SCALES = [1e-9, 7.0, 1e9, 1e-7, 1e-3, 1e4, 1e7]
 SHIFTS = [(0.0, 0.0), (1.5e7, -1.5e7), (-3.0e5, 0.0)]
 
 
@@ -148,8 +149,8 @@ def assert_same_results(game: Game, other: Game) -> None:
     assert equilibrium.evaluation.violations() == ()
 
 
-@pytest.mark.parametrize("scale", SCALES)
-@pytest.mark.parametrize("name", ["head_on", "swept"])
+@pytest.mark.parametrize("scale", first(3, SCALES))
+@pytest.mark.parametrize("name", first(1, ["head_on", "swept"]))
 def test_results_do_not_depend_on_the_unit_of_length(name, scale):
     game = standard(name)
     assert_same_results(game, moved(game, scale))
@@ -165,13 +166,13 @@ def test_results_do_not_depend_on_unit_and_origin(name, scale, shift):
     assert_same_results(game, moved(game, scale, shift))
 
 
-@pytest.mark.parametrize("tick", [1e-4, 0.05, 1.0, 3600.0])
+@pytest.mark.parametrize("tick", first(2, [1e-4, 0.05, 1.0, 3600.0]))
 def test_results_do_not_depend_on_the_unit_of_time(tick):
     game = integrators()
     assert_same_results(game, replace(game, agents=tuple(in_time(a, tick) for a in game.agents)))
 
 
-@pytest.mark.parametrize("shift", SHIFTS[1:])
+@pytest.mark.parametrize("shift", first(1, SHIFTS[1:]))
 def test_results_do_not_depend_on_the_origin(shift):
     game = standard("head_on")
     assert_same_results(game, moved(game, 1.0, shift))
@@ -180,7 +181,7 @@ def test_results_do_not_depend_on_the_origin(shift):
 SENTENCE = r"^[^;]+, too (small|large) for double arithmetic; \w[^;]*\.$"
 
 
-@pytest.mark.parametrize("size", [3e-12, 1e-11, 1e16])
+@pytest.mark.parametrize("size", first(2, [3e-12, 1e16, 1e-11]))
 def test_bodies_within_the_limits_make_the_same_game(size):
     game = GAMES["head_on"]()
     other = moved(game, size / 15)

@@ -79,9 +79,14 @@ def step(
     ``terminated`` and ``alive`` follow the life-cycle of the rules.  Agents at the time limit are
     ``truncated`` and no longer alive; ``over`` marks copies whose episode has ended.
     """
-    acting[:] = alive
-    if g.swept:
-        before[:] = state
+    # Loops: an assignment between arrays has the compiler make the words of its errors, too.
+    for c in range(clock.size):
+        for i in range(status.shape[1]):
+            acting[c, i] = alive[c, i]
+        if g.swept:
+            for i in range(state.shape[1]):
+                for k in range(len(g.state_axes)):
+                    before[c, i, k] = state[c, i, k]
     varied, apart = g.goal.shape[0] > status.shape[1], g.agent_codes[2].all()
     rows = np.empty((ROWS, min(BLOCK, clock.size) * status.shape[1] * len(g.state_axes)))
     for first in range(0, clock.size, BLOCK):

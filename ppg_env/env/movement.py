@@ -81,7 +81,9 @@ def move_apart(
         value = value + b[q] * min(max(asked[q], low[q]), high[q])
         x[q] = value if moving[q] else x[q]
     if state.shape[1] > N:
-        state[first:last, :N] = x.reshape(last - first, N, n)
+        for p in range(codes.size):
+            for k in range(n):
+                state[first + p // N, p % N, k] = x[p * n + k]
     for q in range(x.size):
         moving[q] = moving[q] & (scheduled | (abs(x[q] - goal[q]) <= width[q]))
     for p in range(codes.size):

@@ -6,12 +6,13 @@ private temporary folder, which child processes share.  ``NUMBA_CACHE_DIR`` over
 Where no folder is writable (a read-only container), each process compiles for itself.
 
 Processes that start at the same time compile once: the first one holds the lock of the function,
-the others wait and then load what it has compiled.  Each function has a lock of its own, so that
-two processes compile two functions at the same time.
+the others wait and then load what it has compiled.  Each function has a lock of its own for each
+signature, so that two processes compile at the same time what one of them would not wait for.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sys
 import tempfile
@@ -93,23 +94,33 @@ def _temporary_folder() -> str:
 
 
 def _once(dispatcher: Any, compiling: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return ``compiling`` under the lock of its function.
+    """Return ``compiling`` under the lock of its function and signature.
 
     A function is compiled while the locks of those that call it are held.  Calls have no cycles,
     so no two processes wait for each other; nor do two threads, since one of them compiles.
+    The index of a function's code has all its signatures, hence one lock more.
     """
     function = dispatcher.py_func
-    name = f"{function.__module__}.{function.__qualname__}.lock"
+    name = f"{function.__module__}.{function.__qualname__}"
+    save = dispatcher._cache.save_overload
+
+    def place(ending: str) -> str:
+        folder = dispatcher.stats.cache_path or os.devnull  # no lock where nothing is kept
+        return os.path.join(folder, f"{name}.{ending}")
+
+    def save_alone(signature: Any, result: Any) -> None:
+        with locked(place("lock")):
+            save(signature, result)
 
     def compile_or_load(signature: Any) -> Any:
-        folder = dispatcher.stats.cache_path or os.devnull  # no lock where nothing is kept
-        path = os.path.join(folder, name)
+        path = place(f"{hashlib.sha1(str(signature).encode()).hexdigest()[:12]}.lock")
         with global_compiler_lock, _outermost(path, dispatcher) as first:
             if not first:
                 return _readable(dispatcher, compiling, signature)
             with locked(path):
                 return _readable(dispatcher, compiling, signature)
 
+    dispatcher._cache.save_overload = save_alone
     return compile_or_load
 
 

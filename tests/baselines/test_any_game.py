@@ -14,6 +14,7 @@ from baselines import GameVecEnv, train_players
 from baselines.training_loop import one_thread
 from ppg_env import Agent, Game, Polytope, SingleAgentEnv, parallel_env
 from tests.baselines.small_games import BODY, FULL, line, sizes, space
+from tests.marks import slow_if
 
 SETS = {
     "zero width": Polytope.box([10.0, 0.0]),
@@ -68,7 +69,7 @@ def test_inputs_that_cannot_vary_keep_their_value() -> None:
 
 
 @one_thread()
-@pytest.mark.parametrize("kind", GAMES)
+@pytest.mark.parametrize("kind", slow_if(lambda kind: kind == "space", GAMES))
 def test_ppo_takes_its_steps_in_all_slots(kind: str) -> None:
     env = GameVecEnv(GAMES[kind](), copies=4)
     model = PPO("MlpPolicy", env, n_steps=16, batch_size=64, n_epochs=1, seed=0, device="cpu")

@@ -22,6 +22,7 @@ from ppg_env import Game, InputError, make_game
 from ppg_env.env import evaluate
 from ppg_env.env.players import straight_players
 from tests.baselines.small import ROLLOUT
+from tests.marks import first
 from tests.solvers.feedback.line_games import line_agent, line_game
 
 EPISODES = 1024
@@ -46,7 +47,7 @@ def _imitate(learner: Learner, args: Args) -> list[Demonstration]:
 
 
 @pytest.mark.usefixtures("few_examples")
-@pytest.mark.parametrize("sharing", ["social", "selfish"])
+@pytest.mark.parametrize("sharing", first(1, ["social", "selfish"]))
 def test_the_network_costs_much_less_than_straight_ways(overtaking: Game, sharing: str) -> None:
     args = Args(overtaking, sharing, None, imitate_feedback=True)
     learner = make_learner(args)
@@ -99,6 +100,7 @@ def test_descent_leaves_a_network_as_it_is_where_players_know_no_costs(overtakin
     assert policy_of(args, learner) == before
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_examples")
 def test_one_network_imitates_the_players_of_several_lam(
     overtaking: Game, monkeypatch: pytest.MonkeyPatch

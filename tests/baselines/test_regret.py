@@ -18,6 +18,7 @@ from tests.solvers.feedback.line_games import line_agent, line_game
 PLANNED = {"deviations": ["planned"], "episodes": 2000}
 
 
+@pytest.mark.slow
 def test_who_could_dodge_and_does_not_has_regret() -> None:
     """Straight lines crash for sure; either agent alone could save itself nearly all of it."""
     game = make_game("head_on", speed="l1", objective="risk")
@@ -99,6 +100,7 @@ def test_a_trained_deviation_is_found_and_repeats() -> None:
     assert found == regret_bounds(game, straight_players(game), **words)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_trainings")
 def test_learned_and_planned_players_have_bounds_that_are_never_negative(
     game: Game, learned: Learned

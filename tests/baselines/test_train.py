@@ -53,6 +53,7 @@ def with_inertia() -> Game:
     return Game(tuple(agents), horizon=25)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_trainings")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("make", "sharing"), [(in_space, "social"), (with_inertia, "selfish")])

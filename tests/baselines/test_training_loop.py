@@ -33,7 +33,7 @@ class KilledError(Exception):
 
 
 @pytest.mark.usefixtures("short_trainings")
-@pytest.mark.parametrize("method", first(2, METHODS))
+@pytest.mark.parametrize("method", first(1, METHODS))
 def test_a_training_repeats_and_goes_on_after_a_kill(
     game: Game, tmp_path: Path, method: str
 ) -> None:

@@ -51,6 +51,7 @@ def test_the_engine_is_measured_against_highs(ppg):
     assert all(row["value"] > 0 for row in rows)
 
 
+@pytest.mark.slow
 def test_crash_probabilities_are_timed(ppg):
     rows = ppg("bench", "risk", "--quick", "--json").json["measurements"]
     text = " ".join(row["what"] for row in rows)

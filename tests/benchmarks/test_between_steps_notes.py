@@ -17,6 +17,7 @@ from ppg_env.game import Obstacle, overlaps_between_steps
 from ppg_env.plotting import draw_game, draw_profile
 from solvers import social_optimum
 from tests.benchmarks.judges import picture_size
+from tests.marks import first
 
 LOOKS = "this game looks at the time steps only: plan with --collisions swept"
 BODY = """noise = 0.0001
@@ -70,6 +71,7 @@ def test_solve_has_it_in_json(ppg, narrow):
     assert place["place"] == pytest.approx([0.0, 0.0], abs=0.3)
 
 
+@pytest.mark.slow
 def test_a_plan_that_keeps_apart_has_nothing_to_report(ppg, tmp_path):
     wide = corridor(tmp_path / "wide.toml", "swept", 4.0)
     plan = tmp_path / "wide.json"
@@ -217,7 +219,7 @@ def test_a_moving_obstacle_is_drawn_with_its_path_while_it_is_there():
 EVENTS = {"instants": "at the time steps", "swept": "during the steps"}
 
 
-@pytest.mark.parametrize("collisions", EVENTS)
+@pytest.mark.parametrize("collisions", first(1, EVENTS))
 def test_tables_with_a_risk_say_which_overlaps_it_counts(ppg, tmp_path, collisions):
     game = corridor(tmp_path / "game.toml", collisions, 4.0)
     outputs = (

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.comparison.table import NOTE, STARS, WHERE
 from ppg_env import make_game
 from tests.benchmarks.judges import picture_size, timeless
+from tests.marks import first
 
 PLAYERS = ["nash", "potential", "social", "straight"]
 INTERVAL = {"value", "low", "high"}
@@ -20,7 +21,7 @@ def compare(ppg, name, *words, players=PLAYERS, code=0):
     return ppg("compare", name, *options, code=code).json
 
 
-@pytest.mark.parametrize("name", ["opposing", "head_on", "parallel", "intersection"])
+@pytest.mark.parametrize("name", first(2, ["opposing", "head_on", "parallel", "intersection"]))
 @pytest.mark.parametrize("objective", ["margin", "risk"])
 def test_each_player_has_a_row_with_intervals(ppg, name, objective):
     report = compare(ppg, name, "--objective", objective)
@@ -100,6 +101,7 @@ def test_people_get_a_table_and_a_picture_and_no_probability_of_zero(ppg, tmp_pa
     assert str(picture) in done.err
 
 
+@pytest.mark.slow
 def test_a_picture_is_written_with_json_only_when_asked(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "circle(2)", "--players", "straight,social", "--episodes", "100"]

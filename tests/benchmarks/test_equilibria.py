@@ -31,6 +31,7 @@ def test_no_equilibrium_within_the_limits_is_said(ppg):
     assert "none of 1 runs" in done.err
 
 
+@pytest.mark.slow
 def test_many_agents_are_certified(ppg):
     report = ppg("solve", "circle(8)", "--solution", "nash", "--json").json
     assert report["status"] == "equilibrium"
@@ -49,6 +50,7 @@ def test_a_limit_on_nodes_leaves_a_plan_a_bound_and_a_gap(ppg, solution):
     assert "gap is proved" in first["advice"]
 
 
+@pytest.mark.slow
 def test_prices_plans_and_other_rules_of_liability(ppg, tmp_path):
     words = ("head_on", "--speed", "l1", "--objective", "risk", "--gain", "0", "--lam", "0.8")
     words += ("--runs", "2")

@@ -9,6 +9,7 @@ import pytest
 from ppg_env import make_game
 from ppg_env.formats.game_file import game_to_toml
 from tests.benchmarks.judges import picture_size
+from tests.marks import first
 
 
 def test_a_plan_becomes_a_picture(ppg, plan_file, tmp_path):
@@ -27,6 +28,7 @@ def test_a_game_becomes_a_picture(ppg, tmp_path, name):
     assert min(picture_size(picture)) >= 400
 
 
+@pytest.mark.slow
 def test_a_game_of_another_dimension_becomes_a_picture(ppg, tmp_path):
     body = "lam = 0.5\ngain = 0.5\nnoise = 0.1\n"
     for dim in (1, 3):
@@ -75,7 +77,7 @@ def test_another_kind_of_picture_is_refused(ppg, plan_file, tmp_path):
     assert "name a .png, .svg or .pdf file" in done.err
 
 
-@pytest.mark.parametrize("name", ["robot [/2]", "$x^{$", "_hidden", "<b>&"])
+@pytest.mark.parametrize("name", first(1, ["robot [/2]", "$x^{$", "_hidden", "<b>&"]))
 def test_names_are_drawn_and_printed_as_they_are(ppg, tmp_path, name):
     game = replace(make_game("head_on"), name=name)
     first, second = game.agents

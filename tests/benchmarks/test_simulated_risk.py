@@ -44,6 +44,7 @@ def test_watching_steps_says_how_many_crashes_no_instant_shows(ppg, plan_file):
     assert "between instants" in ppg("risk", plan_file, "--swept", *words[:2]).out
 
 
+@pytest.mark.slow
 def test_two_plans_are_compared_in_the_same_noise(ppg, plan_file, calm_file):
     words = ["--against", calm_file, "--episodes", "1000000", "--json"]
     report = ppg("risk", plan_file, *words).json
@@ -128,6 +129,7 @@ def test_plans_are_split_in_the_environment(ppg, plan_file):
     assert split["samples"] > 4000
 
 
+@pytest.mark.slow
 def test_learned_players_are_split_and_their_trainings_averaged(ppg):
     game = ["risk", "head_on", "--speed", "l1", "--lam", "0.8", "--player", "ppo-selfish"]
     split = ppg(*game, "--method", "rare", "--episodes", "4000", "--json").json
@@ -162,6 +164,7 @@ def test_replanning_players_are_not_split(ppg):
     assert "--method mc" in done.err
 
 
+@pytest.mark.slow
 def test_compare_samples_what_it_could_not_count_and_says_so(ppg):
     words = ["compare", "intersection", "--margin-cap", "3.5", "--players", "social,straight"]
     rows = ppg(*words, "--episodes", "5000", "--json").json["rows"]
@@ -176,6 +179,7 @@ def test_compare_samples_what_it_could_not_count_and_says_so(ppg):
     assert "**" not in table
 
 
+@pytest.mark.slow
 def test_compare_splits_in_the_environment(ppg):
     words = ["compare", "parallel", "--noise", "3", "--players", "straight", "--arena", "env"]
     (row,) = ppg(*words, "--episodes", "4000", "--json").json["rows"]

@@ -9,6 +9,7 @@ import pytest
 
 from ppg_env import evaluate, make_game, make_profile
 from tests.benchmarks.judges import timeless
+from tests.marks import first
 
 KEYS = {
     *("scenario", "solution", "objective", "status", "arrival", "cost", "shifted_cost"),
@@ -24,7 +25,7 @@ def shown(value):
 
 
 @pytest.mark.parametrize("solution", SOLUTIONS)
-@pytest.mark.parametrize("name", ["opposing", "intersection3"])
+@pytest.mark.parametrize("name", first(1, ["opposing", "intersection3"]))
 @pytest.mark.parametrize("objective", ["margin", "risk"])
 def test_the_report_has_every_key_in_its_size(ppg, solution, name, objective):
     words = ["--solution", solution, "--objective", objective, "--json"]

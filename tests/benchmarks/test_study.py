@@ -160,6 +160,7 @@ def test_mistakes_are_reported_in_one_line(ppg, tmp_path, monkeypatch, words, me
     assert "Traceback" not in done.err
 
 
+@pytest.mark.slow
 def test_the_study_of_bounds_is_stored_reported_and_drawn(ppg, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["study", "tightness", "--scenarios", "intersection", "--lams", "0.8"]

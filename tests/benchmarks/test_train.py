@@ -90,6 +90,7 @@ def test_tensorboard_logs_are_written_when_asked(ppg, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_regret_is_bounded_from_below_for_planners_and_learners(ppg, learned_file):
     words = ["--deviation", "planned", "--episodes", "500", "--speed", "l1", "--json"]
     for player in ("straight", str(learned_file)):
@@ -146,6 +147,7 @@ def test_mistakes_are_reported_and_leave_nothing_behind(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_players_are_trained_and_tested_with_a_tolerance(ppg, tmp_path):
     words = ["train", "parallel", *SHORT, "--tolerance", "2.5", "--out", tmp_path / "a.npz"]
     ppg(*words)

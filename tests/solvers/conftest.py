@@ -27,8 +27,8 @@ def cases() -> list[Case]:
 
 
 def repeats(case: Case) -> bool:
-    """Whether the same scenario with a smaller lam guards a change."""
-    return case[3] > 0.5
+    """Whether the same scenario with a smaller lam, or with gain, guards a change."""
+    return case[3] > 0.5 or (case[4] == 0.0 and case[0] != "head_on")
 
 
 def name_of(case: Case) -> str:

@@ -29,7 +29,7 @@ LONG = {83}
 """Seeds of mixed games in motion whose best responses take the reference minutes."""
 
 SOLVED = [seed for seed in FLAT if seed not in LONG][:100]
-QUICK = {11, 16, 17, 19, 27, 102}
+QUICK = {11, 16, 17, 27}
 
 SPACE = [0, 2, 3, 7, 18, 26, 29, 33, 52, 55]
 """Seeds of mixed games in space that the reference solves within a minute."""
@@ -59,7 +59,7 @@ def assert_agree(weights, movers, given):
 
 
 @pytest.mark.parametrize("name", first(1, PAPER))
-@pytest.mark.parametrize("speed", slow_if(lambda speed: speed == "disc", SPEEDS))
+@pytest.mark.parametrize("speed", slow_if(lambda speed: speed != "box", SPEEDS))
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("lam", "gain"), [(0.2, 0.5), (0.8, 0.0)])
 def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
@@ -68,6 +68,7 @@ def test_best_responses_agree_with_the_reference(name, speed, kind, lam, gain):
     assert_agree(objective.selfish(game, 0), (0,), straight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", first(1, PAPER[:4]))
 @pytest.mark.parametrize("speed", first(1, ["l1", "box"]))
 @pytest.mark.parametrize("kind", first(1, KINDS))
@@ -77,6 +78,7 @@ def test_joint_optima_agree_with_the_reference(name, speed, kind):
         assert_agree(weights, (0, 1), None)
 
 
+@pytest.mark.slow
 def test_obstacles_and_three_dimensions_agree_with_the_reference():
     for name in ("course", "intersection_3d"):
         game = make_game(name, objective="risk", lam=0.7)
@@ -84,7 +86,7 @@ def test_obstacles_and_three_dimensions_agree_with_the_reference():
         assert_agree(objective.selfish(game, 0), (0,), straight)
 
 
-@pytest.mark.parametrize("seed", first(8, range(100, 200)))
+@pytest.mark.parametrize("seed", first(5, range(100, 200)))
 def test_random_games_agree_with_the_reference(seed):
     game, random = random_game(seed)
     plans = [
@@ -98,7 +100,7 @@ def test_random_games_agree_with_the_reference(seed):
         assert_agree(objective.social(game), (0, 1), None)
 
 
-@pytest.mark.parametrize("seed", first(4, range(20)))
+@pytest.mark.parametrize("seed", first(2, range(20)))
 def test_all_programs_of_mixed_games_agree_with_the_reference(seed):
     mixed = mixed_game(seed)
     game = mixed.game
@@ -119,7 +121,7 @@ def test_mixed_games_of_three_agents_agree_with_the_reference(seed):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", first(1, PAPER))
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", first(1, MOTIONS))
 @pytest.mark.parametrize("kind", first(1, KINDS))
 @pytest.mark.parametrize("speed", first(1, ["l1", "box"]))
 def test_best_responses_in_motion_agree_with_the_reference(name, motion, kind, speed):
@@ -200,6 +202,7 @@ def test_three_agents_have_one_optimum_on_scip():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.nightly
 @pytest.mark.parametrize("motion", first(1, MOTIONS))
 @pytest.mark.parametrize("name", first(1, ["head_on", "intersection"]))

@@ -92,6 +92,7 @@ def test_who_has_the_way_pays_nothing_and_there_is_no_potential():
     assert rule.potential is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", first(1, ["margin", "risk"]))
 def test_right_of_way_is_two_best_responses_one_after_the_other(kind):
     game = make_game("head_on", speed="l1", objective=kind, lam=[0.8, 0.6], gain=0.0)
@@ -139,6 +140,7 @@ def test_who_has_the_way_must_still_not_fly_through_others(solver):
     assert found.minimised == "charge[0]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("charge", first(1, ["partial:0.5", "right-of-way", "right-of-way:2-1-0"]))
 def test_without_a_potential_there_is_still_a_certified_end(charge):
     game = make_game("intersection3", speed="l1", objective="risk", gain=0.1, lam=[0.5, 0.7, 0.9])

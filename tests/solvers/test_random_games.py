@@ -52,7 +52,7 @@ def test_the_social_optimum_beats_the_profile_that_was_drawn(play):
     assert solution.value == pytest.approx(sum(found.shifted_cost), rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", first(6, range(12)))
+@pytest.mark.parametrize("seed", first(2, range(12)))
 def test_none_of_many_drawn_plans_beats_a_best_response(seed):
     game, random = random_game(seed)
     profile = tuple(
@@ -74,7 +74,7 @@ def test_none_of_many_drawn_plans_beats_a_best_response(seed):
     assert sound > 5
 
 
-@pytest.mark.parametrize("seed", first(8, FLAT[:50]))
+@pytest.mark.parametrize("seed", first(3, FLAT[:50]))
 def test_a_best_response_in_motion_beats_the_plan_that_was_drawn(seed):
     mixed = mixed_game(seed, in_motion=True)
     game, judged = mixed.game, evaluate(mixed.game, mixed.profile)

@@ -79,6 +79,7 @@ def test_the_band_spans_all_equilibria(found):
             assert (mean <= high + 1e-12).all()
 
 
+@pytest.mark.slow
 def test_a_second_run_reads_the_store_and_says_the_same(found, tmp_path):
     store = tmp_path / "cells.db"
     counts = []

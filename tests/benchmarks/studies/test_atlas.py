@@ -27,6 +27,7 @@ def test_few_agents_move_in_all_orders_and_many_in_some():
         assert orders <= set(permutations(range(len(cells[0].game.agents))))
 
 
+@pytest.mark.slow
 def test_names_follow_from_the_plans_in_the_rows(whole):
     rows = whole(study.STUDY)
     known = [data.digest(stored) for stored in rows]

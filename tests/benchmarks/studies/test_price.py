@@ -32,6 +32,7 @@ def one(selfish, social, cost=1.0):
     )
 
 
+@pytest.mark.slow
 def test_ratios_are_those_of_games_and_plans_evaluated_again(whole):
     """The evaluator and a simulation of our own, from the plans in the store."""
     rows = whole(study.STUDY)

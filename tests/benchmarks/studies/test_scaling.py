@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from benchmarks.studies.scaling import data, study
 from benchmarks.studies.study import StudyChoice
 from tests.benchmarks.studies.conftest import SMALL, crashing
@@ -22,6 +24,7 @@ def test_families_grow_in_agents_and_one_game_in_its_horizon():
     assert all(c.time_limit == data.LIMIT for c in cells + circles)
 
 
+@pytest.mark.slow
 def test_rows_have_their_seconds_and_their_machine(whole):
     for stored in whole(study.STUDY):
         known = data.digest(stored)

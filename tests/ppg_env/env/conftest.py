@@ -9,8 +9,11 @@ import numpy as np
 import pettingzoo
 import pytest
 
+from ppg_env import make_game
 from ppg_env.env.registration import pettingzoo_id
 from ppg_env.env.rules import CHOICES
+from tests.conftest import scenario_calls
+from tests.marks import slow_if
 
 LIFE_CYCLES: list[dict[str, Any]] = [
     {"arrival": arrival, "on_goal": goal, "on_crash": crash, "sharing": sharing}
@@ -18,6 +21,17 @@ LIFE_CYCLES: list[dict[str, Any]] = [
         CHOICES["arrival"], CHOICES["on_goal"], CHOICES["on_crash"], CHOICES["sharing"]
     )
 ]
+
+
+def compiles_again(scenario: str) -> bool:
+    """Whether the kernel is compiled for this scenario alone, for its dimensions."""
+    return make_game(scenario).dim != 2
+
+
+@pytest.fixture(params=slow_if(compiles_again, scenario_calls()))
+def scenario(request: pytest.FixtureRequest) -> str:
+    """The call of every scenario; ``test_rules`` has those in space for every change."""
+    return request.param
 
 
 needs_registry = pytest.mark.skipif(

@@ -54,7 +54,7 @@ def test_inputs_are_projected_on_the_nearest_point_of_the_set(name: str) -> None
     assert np.einsum("ci,cvi->cv", inputs - moved, towards).max() <= 1e-8
 
 
-@pytest.mark.parametrize("name", slow_if(lambda name: AGENTS[name].control_dim != 2, AGENTS))
+@pytest.mark.parametrize("name", slow_if(lambda name: AGENTS[name].state_dim != 2, AGENTS))
 def test_players_go_to_the_goal_with_any_set(name: str) -> None:
     agent = replace(AGENTS[name], noise=0.0)
     game = Game((agent,), horizon=30)

@@ -28,7 +28,8 @@ from ppg_env.env.registration import (
 )
 from ppg_env.formats.game_file import game_to_toml
 from ppg_env.scenarios.registry import registry
-from tests.ppg_env.env.conftest import needs_registry, record
+from tests.marks import slow_if
+from tests.ppg_env.env.conftest import compiles_again, needs_registry, record
 
 STORED = Path(__file__).with_name("trajectories.json")
 NAMES = list(registry())
@@ -45,7 +46,7 @@ def test_every_id_has_a_stored_trajectory() -> None:
 
 
 @needs_registry
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", slow_if(compiles_again, NAMES))
 def test_an_id_plays_its_stored_trajectory(name: str) -> None:
     before, now = stored()[pettingzoo_id(name)], record(name)
     assert now["agents"] == before["agents"]
@@ -54,7 +55,7 @@ def test_an_id_plays_its_stored_trajectory(name: str) -> None:
 
 
 @needs_registry
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", slow_if(compiles_again, NAMES))
 def test_the_learner_of_a_gymnasium_id_plays_the_same_game(name: str) -> None:
     env = gymnasium.make(gymnasium_id(name))
     parallel = pettingzoo.make("parallel", pettingzoo_id(name))
@@ -65,7 +66,7 @@ def test_the_learner_of_a_gymnasium_id_plays_the_same_game(name: str) -> None:
 
 
 @needs_registry
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", slow_if(compiles_again, NAMES))
 def test_turn_based_ids_pass_the_api_test(name: str) -> None:
     api_test(pettingzoo.make("aec", pettingzoo_id(name)), num_cycles=20)
 

@@ -16,6 +16,7 @@ from shapely.geometry import LineString, Polygon
 from ppg_env import Game, InputError, SingleAgentEnv, make_game, path_planning_v0
 from ppg_env.env.observers import LIMIT, Lidar, contact, make_observer, ray_directions
 from ppg_env.env.simulator import Simulator
+from tests.marks import first
 from tests.ppg_env.env.test_many_bodies import crowd
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
@@ -23,7 +24,7 @@ OPTIONS = ["relative", "box", "neighbours", "neighbours(k=2)", "lidar(rays=5)", 
 
 
 @pytest.mark.parametrize("observation", OPTIONS)
-@pytest.mark.parametrize("name", ["course", "intersection_3d", "circle(5)"])
+@pytest.mark.parametrize("name", first(1, ["course", "circle(5)", "intersection_3d"]))
 def test_official_tests_pass_with_every_option(observation: str, name: str) -> None:
     parallel_api_test(path_planning_v0.parallel_env(name, observation=observation), num_cycles=60)
     parallel_seed_test(lambda: path_planning_v0.parallel_env(name, observation=observation))

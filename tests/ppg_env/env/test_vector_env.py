@@ -13,6 +13,7 @@ from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatist
 from ppg_env import InputError, SingleAgentEnv
 from ppg_env.env.players import GoToGoal
 from ppg_env.env.vector_env import GameVectorEnv
+from tests.marks import first
 
 GAME = "intersection3"
 
@@ -23,8 +24,8 @@ def towards_goal(envs: GameVectorEnv) -> np.ndarray:
     return player.act(envs.simulator.view(envs.learner)).astype(np.float32)
 
 
-@pytest.mark.parametrize("observation", ["relative", "neighbours(k=1)", "lidar", "state"])
-@pytest.mark.parametrize("learner", [0, 2])
+@pytest.mark.parametrize("observation", first(2, ["relative", "lidar", "neighbours(k=1)", "state"]))
+@pytest.mark.parametrize("learner", first(1, [0, 2]))
 def test_one_copy_is_the_single_environment(observation: str, learner: int) -> None:
     options: dict[str, Any] = {"observation": observation, "learner": learner, "reward": "margin"}
     options |= {"sharing": "social" if learner else "selfish"}

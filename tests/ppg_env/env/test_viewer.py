@@ -27,6 +27,7 @@ from ppg_env.env.gif import write_gif
 from ppg_env.env.viewer import CAPTION, EVENT_STEPS
 from ppg_env.game.half_spaces import HalfSpaces
 from ppg_env.game.obstacle import Obstacle
+from tests.marks import first
 
 QUIET = 1e-9
 """Noise so small that straight agents stay on their lines."""
@@ -200,6 +201,7 @@ def test_positions_that_overflow_are_no_obstacle() -> None:
     assert env.render().shape == first.shape
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dim", [1, 3])
 def test_lines_and_space_are_drawn_on_the_plane(dim: int) -> None:
     low, high = np.zeros(dim), np.full(dim, 60.0)
@@ -366,7 +368,7 @@ def test_workspaces_are_outlined_with_dashes() -> None:
     assert changed[:, int(columns[0]) + 4 : int(columns[1]) - 4].mean() < 0.01
 
 
-@pytest.mark.parametrize("dim", [1, 3])
+@pytest.mark.parametrize("dim", first(1, [1, 3]))
 def test_workspaces_are_drawn_in_every_dimension(dim: int) -> None:
     room = HalfSpaces.between([-4.0, *[-30.0] * (dim - 1)], [64.0, *[30.0] * (dim - 1)])
     agent = mover([0.0] * dim, [60.0, *[0.0] * (dim - 1)])

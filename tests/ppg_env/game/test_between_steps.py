@@ -14,6 +14,7 @@ from scipy.optimize import linprog
 from ppg_env import Agent, Game, InputError, Polytope, Profile, evaluate, make_profile
 from ppg_env.game import Encounter, Obstacle, overlaps_between_steps
 from ppg_env.game.between_steps import deepest_point
+from tests.marks import first
 from tests.profiles import examples
 
 SAMPLES = np.linspace(0.0, 1.0, 1001)
@@ -181,8 +182,8 @@ def polygon(rng: np.random.Generator) -> Polytope:
     return Polytope.from_vertices(widths * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
-@pytest.mark.parametrize("collisions", ["instants", "swept"])
-@pytest.mark.parametrize("on_goal", ["remove", "stay"])
+@pytest.mark.parametrize("collisions", first(1, ["swept", "instants"]))
+@pytest.mark.parametrize("on_goal", first(1, ["stay", "remove"]))
 def test_a_fine_sampling_finds_the_same_depths(collisions: str, on_goal: str) -> None:
     count = 0
     for seed in range(12):

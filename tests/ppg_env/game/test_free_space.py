@@ -120,7 +120,7 @@ WALLED = [0, 2, 3, 4, 7, 8, 13, 15, 16, 19, 21, 24, 25, 26, 28, 31]
 
 
 @pytest.mark.parametrize("collisions", ["instants", "swept"])
-@pytest.mark.parametrize("seed", first(10, WALLED))
+@pytest.mark.parametrize("seed", first(2, WALLED))
 def test_no_plan_arrives_before_the_bound_or_leaves_the_cells(seed, collisions):
     game = replace(mixed_game(seed).game, collisions=collisions)
     assert game.obstacles

@@ -11,6 +11,7 @@ from ppg_env import Agent, Game, Polytope, evaluate, make_plan
 from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.goal_hits import hit_arrivals
 from ppg_env.game.obstacle import Obstacle
+from tests.marks import first
 from tests.oracles.mixed_games import FLAT, mixed_game
 
 RULES = [("instants", "remove"), ("instants", "stay"), ("swept", "remove"), ("swept", "stay")]
@@ -50,7 +51,7 @@ def test_an_agent_that_starts_at_its_goal_is_hit_there_or_gone(collisions: str) 
     assert earliest_way(crossed(collisions, "stay", 0.0, until=3), 0) == 0
 
 
-@pytest.mark.parametrize("rules", RULES)
+@pytest.mark.parametrize("rules", first(2, RULES))
 def test_a_body_at_its_goal_from_the_start_is_hit_iff_the_evaluator_finds_an_overlap(
     rules: tuple[str, str],
 ) -> None:
@@ -66,7 +67,7 @@ def test_a_body_at_its_goal_from_the_start_is_hit_iff_the_evaluator_finds_an_ove
     assert rules[1] == "remove" or 5 < sum(verdicts) < 55
 
 
-@pytest.mark.parametrize("rules", RULES[1:])
+@pytest.mark.parametrize("rules", first(1, RULES[1:]))
 def test_no_plan_that_is_free_of_overlap_arrives_when_it_is_hit_or_before_the_bound(
     rules: tuple[str, str],
 ) -> None:

@@ -12,6 +12,7 @@ from ppg_env import Polytope
 from ppg_env.risk.joint_bounds import log_joint_bound, log_joint_tails
 from ppg_env.risk.overlap import log_overlap
 from ppg_env.support.statistics import proportion
+from tests.marks import first
 from tests.ppg_env.strategies import bodies, covariances
 
 BOX, HEXAGON = Polytope.box([6.0, 4.0]), Polytope.disc(3.5, 6)
@@ -71,7 +72,7 @@ def test_far_out_it_stays_a_number() -> None:
 
 
 @pytest.mark.parametrize(("rho", "least"), [(0.5, 0.7), (0.9, 0.7), (0.99, 0.7)])
-@pytest.mark.parametrize("mean", [[4.5, 0.5], [4.0, 3.0], [0.0, 4.5]])
+@pytest.mark.parametrize("mean", first(1, [[4.5, 0.5], [4.0, 3.0], [0.0, 4.5]]))
 def test_other_polygons_lose_little(rho: float, least: float, mean: list[float]) -> None:
     found = np.exp(bound((HEXAGON, HEXAGON), (mean, mean), stacked(rho)))
     random, count = np.random.default_rng(7), 400_000

@@ -82,7 +82,7 @@ def test_a_case_turned_by_45_degrees_agrees_with_the_box(distance: float) -> Non
     assert found == pytest.approx(straight, rel=1e-10, abs=1e-10)
 
 
-@pytest.mark.parametrize("seed", first(2, range(6)))
+@pytest.mark.parametrize("seed", first(1, range(6)))
 def test_any_polygon_and_noise_agree_with_nested_integrals(seed: int) -> None:
     random = np.random.default_rng(seed)
     hull = Polytope.from_vertices(corners_of_points(random.normal(size=(7, 2)) * 6))

@@ -54,6 +54,7 @@ def test_tracked_plans_crash_as_often_as_sampling_the_plans_says(name: str) -> N
         assert truth.value <= one.high + FAR * one.standard_error
 
 
+@pytest.mark.slow
 def test_far_below_what_can_be_counted_it_still_agrees() -> None:
     game = make_game("parallel", start={1: [10.0, 43.0]}, goal={1: [95.0, 43.0]}, noise=1.3)
     profile = fly(game)
@@ -79,7 +80,7 @@ def test_repetitions_are_unbiased_and_their_spread_is_honest() -> None:
 
 
 @pytest.mark.parametrize("on_goal", ["remove", "stay"])
-@pytest.mark.parametrize("on_crash", ["remove", "continue"])
+@pytest.mark.parametrize("on_crash", first(1, ["remove", "continue"]))
 def test_under_the_environments_rules_it_agrees_with_plain_play(
     on_goal: str, on_crash: str
 ) -> None:

@@ -16,6 +16,7 @@ from ppg_env import Agent, Game, Polytope, evaluate, make_game, make_profile
 from ppg_env.game.plan import Profile
 from ppg_env.risk.monte_carlo import crash_counts
 from ppg_env.risk.union_bounds import Bounds, risk_bounds
+from tests.marks import first
 from tests.ppg_env.risk.test_monte_carlo import DELAYS, close_pair, straight
 from tests.ppg_env.strategies import Play, double_integrator, plays
 from tests.profiles import examples
@@ -48,7 +49,7 @@ def test_the_order_holds_for_random_games(play: Play, seed: int) -> None:
 
 
 @pytest.mark.parametrize("speed", ["box", "disc"])
-@pytest.mark.parametrize("noise", [1.9, 8.0])
+@pytest.mark.parametrize("noise", first(1, [8.0, 1.9]))
 @pytest.mark.parametrize("gain", [0.0, 0.5])
 @pytest.mark.parametrize("name", DELAYS)
 def test_the_order_holds_in_the_papers_scenarios(

@@ -13,6 +13,10 @@ from numba.core import caching, config
 from ppg_env.support import compilation
 
 SCRIPT = """
+import sys
+
+import numpy as np
+
 from ppg_env.support.compilation import njit
 
 @njit(cache=True)
@@ -22,7 +26,7 @@ def total(n):
         s += k ** 0.5
     return s
 
-assert total(4) > 4.1
+assert total(getattr(np, sys.argv[1])(4)) > 4.1
 print(sum(total.stats.cache_misses.values()))
 """
 
@@ -130,10 +134,27 @@ def test_code_of_a_release_with_other_classes_is_compiled_again(
     assert sum(after.stats.cache_misses.values()) == 1
 
 
+def misses(folder: Path, *kinds: str) -> list[int]:
+    """How often each of the processes that start together compiles, one for each kind of number."""
+    script = folder / "script.py"
+    if not script.exists():
+        script.write_text(SCRIPT)
+    processes = [
+        subprocess.Popen([sys.executable, str(script), kind], stdout=subprocess.PIPE, text=True)
+        for kind in kinds
+    ]
+    return [int(process.communicate()[0]) for process in processes]
+
+
 @pytest.mark.slow
 def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(SCRIPT)
-    run = [sys.executable, str(tmp_path / "script.py")]
-    processes = [subprocess.Popen(run, stdout=subprocess.PIPE, text=True) for _ in range(3)]
-    outputs = [process.communicate()[0] for process in processes]
-    assert sorted(map(int, outputs)) == [0, 0, 1]
+    assert sorted(misses(tmp_path, "int64", "int64", "int64")) == [0, 0, 1]
+
+
+@pytest.mark.slow
+def test_processes_that_compile_other_signatures_keep_the_code_of_each_other(
+    tmp_path: Path,
+) -> None:
+    kinds = ("int64", "int32", "uint8")
+    assert misses(tmp_path, *kinds) == [1, 1, 1]
+    assert misses(tmp_path, *kinds) == [0, 0, 0]

@@ -11,6 +11,7 @@ from solvers.dispatch import ENGINE, check_solver
 from solvers.engine.arrival_search import engine_search
 from solvers.engine.node_lp import TANGENT, Relaxation
 from solvers.solution import Status
+from tests.marks import first
 from tests.oracles.mixed_games import mixed_game
 
 
@@ -27,7 +28,7 @@ class Steps(Budget):
         return self.looks < 0
 
 
-@pytest.mark.parametrize("kind", ["margin", "risk"])
+@pytest.mark.parametrize("kind", first(1, ["margin", "risk"]))
 def test_cut_short_anywhere_it_has_sound_plans_and_a_valid_bound(kind):
     game = make_game("intersection", speed="l1", objective=kind, lam=0.8, gain=0.0)
     weights = objective.social(game)
@@ -60,7 +61,7 @@ def test_its_name_is_known_in_any_letters():
     assert check_solver("highs") == "HIGHS"
 
 
-@pytest.mark.parametrize("seed", [9, 12, 36, 50])
+@pytest.mark.parametrize("seed", first(1, [9, 12, 36, 50]))
 def test_tangents_that_are_dropped_change_no_optimum(seed, monkeypatch):
     weights = objective.social(mixed_game(seed, in_motion=True).game)
     rows = Relaxation._drop_tangents

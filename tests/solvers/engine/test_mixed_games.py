@@ -36,7 +36,7 @@ def test_the_games_are_as_mixed_as_they_are_said_to_be():
         assert 5 < sum(bool(wanted(agent)) for agent in agents) < len(agents)
 
 
-@pytest.mark.parametrize("seed", first(8, range(24)))
+@pytest.mark.parametrize("seed", first(2, range(24)))
 def test_plans_of_mixed_games_hold_and_no_agent_gains(seed):
     game = mixed_game(seed).game
     social, potential = social_optimum(game), potential_equilibrium(game)
@@ -51,7 +51,7 @@ def test_plans_of_mixed_games_hold_and_no_agent_gains(seed):
         assert solution.evaluation.feasible
 
 
-@pytest.mark.parametrize("seed", first(8, range(30)))
+@pytest.mark.parametrize("seed", first(3, range(30)))
 def test_a_bound_never_passes_the_optimum_however_early_the_search_stops(seed):
     game = mixed_game(seed).game
     weights = objective.social(game)

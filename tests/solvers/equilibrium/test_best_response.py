@@ -7,6 +7,7 @@ import pytest
 
 from ppg_env import InputError, evaluate, make_game, make_plan, make_profile, straight_plan
 from solvers import Status, best_response
+from tests.marks import first
 
 
 def straight(game):
@@ -36,7 +37,7 @@ def test_the_others_may_overlap_among_themselves():
     assert solution.evaluation.violations((0,)) == ()
 
 
-@pytest.mark.parametrize("name", ["head_on", "intersection"])
+@pytest.mark.parametrize("name", first(1, ["head_on", "intersection"]))
 @pytest.mark.parametrize("lam", [[0.2, 0.7], [0.6, 0.6]])
 def test_pigou_adds_the_harm_to_the_other(name, lam):
     game = make_game(name, speed="l1", lam=lam, noise=4.0, margin_cap=6.0)

@@ -50,6 +50,7 @@ def test_under_any_time_limit_the_regret_is_still_an_upper_bound(bad, limit):
     assert np.isfinite(proof.regret).all()
 
 
+@pytest.mark.slow
 def test_on_scip_too_the_regret_is_an_upper_bound_under_any_time_limit():
     pytest.importorskip("pyscipopt")
     game = make_game("intersection", speed="l1", objective="risk", gain=0.0)

@@ -15,6 +15,7 @@ from ppg_env.errors import InputError
 from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 from solvers import best_feedback_response, feedback_equilibrium, feedback_optimum
+from tests.marks import first
 from tests.solvers.feedback.line_games import (
     KAPPA,
     LAM,
@@ -125,7 +126,7 @@ def of_one(game, rules=None, **limits):
 
 
 @pytest.mark.parametrize("solve", [feedback_optimum, feedback_equilibrium, respond, of_one])
-@pytest.mark.parametrize("on_goal", ["remove", "stay"])
+@pytest.mark.parametrize("on_goal", first(1, ["remove", "stay"]))
 def test_threads_do_not_change_results(solve, on_goal):
     game, rules = following(), Rules(on_goal=on_goal, max_cycles=5)
     threads, results = numba.get_num_threads(), []
@@ -163,6 +164,7 @@ def test_limits_end_with_words(solve):
         solve(game, time_limit=0.0)
 
 
+@pytest.mark.slow
 def test_memory_is_announced_and_kept():
     """Arrays of all stages and those in use at the same time, as Python's allocator sees them."""
     game = line_game(line_agent(0.0, 400.0), line_agent(25.0, 425.0, -6.0, 6.0))
@@ -179,7 +181,7 @@ def test_games_that_do_not_fit_are_refused():
         feedback_optimum(make_game("intersection3"))
 
 
-@pytest.mark.parametrize("start", ["selfish", "social", "swapped"])
+@pytest.mark.parametrize("start", first(1, ["selfish", "social", "swapped"]))
 def test_an_equilibrium_becomes_stationary(start):
     solution = feedback_equilibrium(following(horizon=15), start=start)
     assert solution.stationary

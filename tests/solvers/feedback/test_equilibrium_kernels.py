@@ -15,11 +15,10 @@ ROUNDS = 12
 
 def side() -> Side:
     index = np.tile(np.arange(ACTIONS, dtype=np.int32), (ACTIONS, 1))[..., None]
-    plane = np.zeros((ACTIONS, ACTIONS, 2), np.float32)
+    ones, plane = np.ones((ACTIONS, ACTIONS, 1), np.float32), np.zeros((ACTIONS, ACTIONS, 2))
     return Side(
-        index, np.ones_like(index, dtype=np.float32), plane, np.ones((ACTIONS, ACTIONS)),
-        np.zeros((ACTIONS, ACTIONS), np.float32), np.zeros((ACTIONS, 2)),
-    )  # fmt: skip
+        index, ones, plane.astype(np.float32), ones[..., 0], 0 * ones[..., 0], plane[0].copy()
+    )
 
 
 def play(one, two, tolerance=SLACK, swapped=False):
@@ -28,7 +27,7 @@ def play(one, two, tolerance=SLACK, swapped=False):
     choice, regret = choice.astype(np.int32), np.empty((ACTIONS, ACTIONS), np.float32)
     stage_equilibria(
         np.ascontiguousarray(one.T), two, side(), side(), no_events(), np.full(2, 20.0),
-        np.zeros((ACTIONS, 4)), np.zeros((ACTIONS, 4)), swapped, ROUNDS,
+        np.zeros((ACTIONS, 4), np.float32), np.zeros((ACTIONS, 4), np.float32), swapped, ROUNDS,
         np.full(regret.shape, tolerance, np.float32), choice, regret,
     )  # fmt: skip
     return choice, regret

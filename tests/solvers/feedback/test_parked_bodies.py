@@ -22,6 +22,7 @@ from solvers import (
     read_feedback,
     write_feedback,
 )
+from tests.marks import first
 from tests.oracles.two_on_a_line import Line, solve
 from tests.solvers.feedback.line_games import BODY, LAM, NOISE, line_agent
 
@@ -52,7 +53,7 @@ def at_starts(line: Line, costs):
 
 
 @pytest.mark.parametrize("on_goal", ["remove", "stay"])
-@pytest.mark.parametrize("on_crash", ["remove", "continue"])
+@pytest.mark.parametrize("on_crash", first(1, ["remove", "continue"]))
 def test_the_optimum_agrees_with_an_exact_chain(on_goal, on_crash):
     line = chain(on_goal, on_crash)
     exact = at_starts(line, solve(line, STEPS))

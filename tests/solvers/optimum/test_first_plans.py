@@ -13,6 +13,7 @@ from solvers import best_response_dynamics, certify, potential_equilibrium, soci
 from solvers.budget import Budget
 from solvers.engine.arrival_search import engine_search
 from solvers.solution import Status
+from tests.marks import first
 from tests.oracles.mixed_games import mixed_game
 
 
@@ -32,8 +33,8 @@ def merge(collisions="instants") -> Game:
     )
 
 
-@pytest.mark.parametrize("collisions", ["instants", "swept"])
-@pytest.mark.parametrize("planner", [social_optimum, potential_equilibrium])
+@pytest.mark.parametrize("collisions", first(1, ["instants", "swept"]))
+@pytest.mark.parametrize("planner", first(1, [social_optimum, potential_equilibrium]))
 def test_among_walls_the_plans_of_best_responses_are_there_from_the_start(planner, collisions):
     game = merge(collisions)
     nash = best_response_dynamics(game)
@@ -52,7 +53,7 @@ def test_among_walls_the_plans_of_best_responses_are_there_from_the_start(planne
     assert solution.bound <= solution.value
 
 
-@pytest.mark.parametrize("nodes", [1, 30, 100])
+@pytest.mark.parametrize("nodes", first(2, [1, 30, 100]))
 def test_the_regret_of_a_search_cut_short_is_no_looser_than_the_gap_of_the_potential(nodes):
     game = merge()
     one, other = game.agents

@@ -8,6 +8,7 @@ import pytest
 from ppg_env import make_game
 from solvers import certify, potential_equilibrium, social_optimum
 from solvers.solution import Status
+from tests.marks import first
 
 
 def test_the_potential_minimiser_is_a_nash_equilibrium(paper_game, potential):
@@ -33,7 +34,7 @@ def doubled(lam):
     return 2 * lam / (1 + lam)
 
 
-@pytest.mark.parametrize("lam", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("lam", first(1, [0.5, 0.1, 0.8]))
 @pytest.mark.parametrize(
     ("name", "speed", "objective"),
     [
@@ -56,6 +57,7 @@ def test_the_best_equilibrium_is_the_optimum_of_a_planner_who_cares_half_as_much
     assert 2 * (1 - mu) * selfish.value == pytest.approx(planner.value, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_no_other_weight_of_the_planner_gives_the_same_value():
     # So that the factor above is tested where it matters: losses are not zero here.
     game = make_game("head_on", speed="l1", lam=0.5, gain=0.0)

