@@ -12,6 +12,7 @@ import importlib.util
 import json
 import multiprocessing
 import os
+import resource
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -23,8 +24,11 @@ from types import ModuleType
 from tests.drills.figures import ROOT, Figure, wanted
 from tests.drills.mutants import Mutant, count_mutants, make_mutant
 
-SECONDS = 100.0
-"""Limit for the tests of one mutant; one that takes longer counts as killed."""
+SECONDS = 100
+"""CPU seconds for the tests of one mutant; one that takes more counts as killed."""
+
+WAITED = 1000.0
+"""The same for a mutant that waits; long, since the machine may be busy with other things."""
 
 EXPLAINED = Path(__file__).with_name("equivalent.json")
 SURVIVORS = Path(__file__).with_name("survivors.txt")
@@ -45,8 +49,8 @@ KERNEL = ("tests/ppg_env/env/test_rules.py",)
 TARGETS = {
     "evaluator": Target(
         "ppg_env.game.evaluation",
-        ("tests/ppg_env/game/test_evaluation.py", "tests/ppg_env/game/test_evaluation_in_motion.py",
-         "tests/benchmarks/library/test_checker.py"),
+        ("tests/ppg_env/game/test_evaluation_in_motion.py",
+         "tests/benchmarks/library/test_checker.py", "tests/ppg_env/game/test_evaluation.py"),
     ),
     "checker": Target("benchmarks.library.checker", ("tests/benchmarks/library/test_checker.py",)),
     "certificate": Target(
@@ -110,10 +114,15 @@ def _judged(size: float) -> Iterator[Figure]:
         count = max(1, round(len(every) * min(size * target.share, 1.0)))
         chosen = [make_mutant(source, k, only) for k in Random(name).sample(every, count)]
         if _ends(target, None) != "survived":
-            yield Figure(name, "0 mutants", "", ("the tests fail without any change",))
+            failure = "the tests fail without any change"
+            yield Figure(_what(name, target), "0 mutants", "", (failure,))
             continue
         survivors = [mutant for mutant in chosen if _ends(target, mutant) == "survived"]
         yield _figure(name, target, source, every, chosen, survivors, explained)
+
+
+def _what(name: str, target: Target) -> str:
+    return f"{name} (`{target.module}`)"
 
 
 def _figure(
@@ -136,7 +145,7 @@ def _figure(
                 file.write(f"{target.module}\t{key}\n")
     killed = len(chosen) - len(survivors)
     return Figure(
-        f"{name} (`{target.module}`)",
+        _what(name, target),
         f"{len(chosen)} of {len(every)} mutants",
         f"{killed} killed, {known} equivalent, {len(unknown)} survived",
         tuple(unknown),
@@ -147,7 +156,7 @@ def _ends(target: Target, mutant: Mutant | None) -> str:
     """Return ``survived`` if all tests pass, or ``killed``."""
     process = multiprocessing.get_context("fork").Process(target=_test, args=(target, mutant))
     process.start()
-    process.join(SECONDS)
+    process.join(WAITED)
     if process.is_alive():
         process.kill()
         process.join()
@@ -158,6 +167,7 @@ def _ends(target: Target, mutant: Mutant | None) -> str:
 def _test(target: Target, mutant: Mutant | None) -> None:
     import pytest
 
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
     null = os.open(os.devnull, os.O_WRONLY)
     if mutant is not None:
         sys.meta_path.insert(0, _Finder(target.module, mutant.source))

@@ -15,6 +15,9 @@ KINDS = {".py", ".pyi", ".typed", ".npz", ".html", ".css", ".js"}
 
 DATA = (
     "baselines/pretrained/",
+    "benchmarks/comparison/drawing.js",
+    "benchmarks/comparison/viewer.html",
+    "benchmarks/comparison/viewer.js",
     "benchmarks/reproduction/explorer.js",
     "benchmarks/reproduction/page.css",
     "benchmarks/reproduction/page.html",
