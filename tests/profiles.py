@@ -1,12 +1,13 @@
 """Hypothesis profiles: the same examples in every run, or new ones in each.
 
 ``default`` derives its examples from the tests alone, so that a run gives the same verdict on every
-machine.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.
+machine.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.  ``mutants`` is ``default`` without
+the search for the smallest example that fails.
 """
 
 from __future__ import annotations
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 
 def register_profiles() -> None:
@@ -25,6 +26,9 @@ def register_profiles() -> None:
         print_blob=True,
         deadline=None,
         suppress_health_check=list(HealthCheck),  # a check of the tests, not of the code
+    )
+    settings.register_profile(
+        "mutants", settings.get_profile("default"), phases=[Phase.explicit, Phase.generate]
     )
     settings.load_profile("default")
 

@@ -175,6 +175,7 @@ def _test(target: Target, mutant: Mutant | None) -> None:
     os.dup2(null if mutant is not None else 2, 1)
     os.chdir(ROOT)
     options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow"]
+    options += ["--hypothesis-profile", "mutants"]
     # Of integers that wrap around, where kernels are Python; and of what this process has imported.
     for warning in ("RuntimeWarning", "pytest.PytestAssertRewriteWarning"):
         options += ["-W", f"ignore::{warning}"]
