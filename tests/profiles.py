@@ -2,12 +2,13 @@
 
 ``default`` derives its examples from the tests alone, so that a run gives the same verdict on every
 machine.  ``thorough`` derives more of them in the same way; ``make test-slow`` and ``make
-test-nightly`` use it.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.
+test-nightly`` use it.  ``fuzz`` draws many new ones; ``make fuzz`` uses it.  ``mutants`` is
+``default`` without the search for the smallest example that fails.
 """
 
 from __future__ import annotations
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 
 def register_profiles() -> None:
@@ -27,6 +28,9 @@ def register_profiles() -> None:
         print_blob=True,
         deadline=None,
         suppress_health_check=list(HealthCheck),  # a check of the tests, not of the code
+    )
+    settings.register_profile(
+        "mutants", settings.get_profile("default"), phases=[Phase.explicit, Phase.generate]
     )
     settings.load_profile("default")
 

@@ -28,6 +28,10 @@ COLUMNS = (
     "arrives within",
 )
 
+LARGEST = 10_000_000
+"""Agents times the square of the horizon up to which earliest arrivals are computed: they take one
+or more linear programs per agent, and up to this size a few seconds in all."""
+
 
 @with_game_options
 def show(
@@ -57,13 +61,18 @@ def show(
 def _print(game: Game, call: str) -> None:
     from ppg_env.env.arrival_regions import arrival_tolerances
 
-    regions = arrival_tolerances(game)
+    regions, small = arrival_tolerances(game), len(game.agents) * game.horizon**2 <= LARGEST
+    note = "" if small else "\nearliest arrivals are not computed for so many agents and steps"
     print_table(
         f"{game.name or call}: {len(game.agents)} agents, {len(game.obstacles)} obstacles",
         COLUMNS,
-        [_cells(game, i, _region(half)) for i, half in enumerate(regions)],
+        [
+            _cells(game, i, _earliest(game, i) if small else "", _region(half))
+            for i, half in enumerate(regions)
+        ],
         f"horizon {game.horizon}, objective {game.objective}, margin cap {game.margin_cap:g}, "
         f"crash cost {game.crash_cost:g}, collisions {game.collisions}, on_goal {game.on_goal}"
+        + note
         + "".join(f"\n{line}" for line in (*_limits(game), *_moving(game))),
     )
 
@@ -102,11 +111,15 @@ def _moving(game: Game) -> Iterator[str]:
             yield f"obstacle[{k}]: " + "; ".join(parts)
 
 
-def _cells(game: Game, i: int, region: str) -> tuple[str, ...]:
+def _earliest(game: Game, i: int) -> str:
     from ppg_env.game.reachability import earliest_arrival
 
+    earliest = earliest_arrival(game.agents[i], game.horizon)
+    return "unreachable" if earliest is None else str(earliest)
+
+
+def _cells(game: Game, i: int, earliest: str, region: str) -> tuple[str, ...]:
     agent = game.agents[i]
-    earliest = earliest_arrival(agent, game.horizon)
     return (
         game.agent_names[i],
         _vector(agent.start),
@@ -115,7 +128,7 @@ def _cells(game: Game, i: int, region: str) -> tuple[str, ...]:
         _speed_sets(agent),
         str(len(agent.shape.vertices)),
         f"{agent.spectral_radius:.3g}",
-        "unreachable" if earliest is None else str(earliest),
+        earliest,
         region,
     )
 

@@ -2,29 +2,13 @@
 "use strict";
 
 (() => {
+  const { element, corners, star, between } = drawing;
   const STEPS_PER_SECOND = 2;
   const data = JSON.parse(document.getElementById("data").textContent);
   const form = document.querySelector("form").elements;
   const svg = document.querySelector("svg");
   const hover = document.getElementById("hover");
   const clock = { time: 0, playing: false, frame: null, pointed: null };
-
-  function element(name, attributes = {}, ...children) {
-    const node = document.createElementNS("http://www.w3.org/2000/svg", name);
-    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-    node.append(...children);
-    return node;
-  }
-
-  // The second axis points down on the screen, and up in the game.
-  const corners = (points) => points.map(([x, y]) => `${x},${-y}`).join(" ");
-
-  function between(values, time) {
-    const step = Math.min(Math.floor(time), values.length - 1);
-    const next = values[Math.min(step + 1, values.length - 1)];
-    const share = Math.min(time, values.length - 1) - step;
-    return values[step].map((value, axis) => value + share * (next[axis] - value));
-  }
 
   // The largest distance from a face of the collision set, for encounters that count at this time.
   function clearances(agent, time) {
@@ -56,14 +40,6 @@
     for (const event of ["pointerleave", "blur"]) {
       node.addEventListener(event, () => { clock.pointed = null; });
     }
-  }
-
-  function star([x, y], radius, colour) {
-    const points = Array.from({ length: 10 }, (_, k) => {
-      const reach = k % 2 ? radius / 2.5 : radius;
-      return [x + reach * Math.sin(k * Math.PI / 5), y + reach * Math.cos(k * Math.PI / 5)];
-    });
-    return element("polygon", { class: "goal", points: corners(points), fill: colour });
   }
 
   const [left, bottom, width, height] = data.view;

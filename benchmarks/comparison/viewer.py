@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.comparison.page_parts import embedded, with_drawing
 from benchmarks.comparison.report import game_name
 from ppg_env.errors import require
 from ppg_env.formats.plan_file import to_json
@@ -51,8 +52,8 @@ def write_viewer(game: Game, profile: Profile, path: str) -> None:
     page = Template((folder / "viewer.html").read_text(encoding="utf-8")).substitute(
         title=escape(game_name(game)),
         problems="".join(f"<li>not possible: {escape(problem)}</li>" for problem in problems),
-        data=to_json(viewer_data(game, profile)).replace("<", "\\u003c"),  # no </script> inside
-        script=(folder / "viewer.js").read_text(encoding="utf-8"),
+        data=embedded(to_json(viewer_data(game, profile))),
+        script=with_drawing(folder / "viewer.js"),
     )
     write_atomically(path, page)
 

@@ -5,6 +5,7 @@
 "use strict";
 
 (() => {
+  const { element, corners, star, between } = drawing;
   const STEPS_PER_SECOND = 2;
   const GRID_LINES = 8; // about this many across the picture
 
@@ -13,16 +14,6 @@
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
   const sides = ["selfish", "social"].map((id) => ({ root: document.getElementById(id) }));
   const clock = { time: 0, last: 0, playing: false, frame: null };
-
-  function element(name, attributes = {}, ...children) {
-    const node = document.createElementNS("http://www.w3.org/2000/svg", name);
-    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-    node.append(...children);
-    return node;
-  }
-
-  // The second axis points down on the screen, and up in the game.
-  const corners = (points) => points.map(([x, y]) => `${x},${-y}`).join(" ");
 
   function fill(select, values) {
     select.replaceChildren(...values.map((value) => new Option(value, value)));
@@ -52,14 +43,6 @@
     return node;
   }
 
-  function star([x, y], radius, colour) {
-    const points = Array.from({ length: 10 }, (_, k) => {
-      const reach = k % 2 ? radius / 2.5 : radius;
-      return [x + reach * Math.sin(k * Math.PI / 5), y + reach * Math.cos(k * Math.PI / 5)];
-    });
-    return element("polygon", { class: "goal", points: corners(points), fill: colour });
-  }
-
   function drawGame(side, panel) {
     const [left, bottom, width, height] = panel.view;
     const size = width / 32;
@@ -86,11 +69,7 @@
   function moveBodies(side, time) {
     if (side.plan.reason) return;
     side.plan.paths.forEach((path, i) => {
-      const last = path.length - 1;
-      const step = Math.min(Math.floor(time), last);
-      const share = Math.min(time, last) - step;
-      const next = path[Math.min(step + 1, last)];
-      const [x, y] = path[step].map((value, axis) => value + share * (next[axis] - value));
+      const [x, y] = between(path, time);
       const arrival = side.plan.arrival[i];
       const body = side.bodies[i];
       body.setAttribute("transform", `translate(${x} ${-y})`);

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from string import Template
 
+from benchmarks.comparison.page_parts import embedded, with_drawing
 from benchmarks.reproduction import sections
 from benchmarks.reproduction.explorer import explorer_data
 from benchmarks.reproduction.run import Reproduction
@@ -34,7 +35,7 @@ def page(reproduction: Reproduction) -> str:
     """Return the whole page as text."""
     return Template(_part("page.html")).substitute(
         style=_part("page.css"),
-        script=_part("explorer.js"),
+        script=with_drawing(FOLDER / "explorer.js"),
         event=reproduction.extent.crash_event,
         data=embedded(to_json(explorer_data(reproduction))),
         claims=sections.claims(reproduction),
@@ -43,11 +44,6 @@ def page(reproduction: Reproduction) -> str:
         failures=sections.failures(reproduction),
         making=sections.making(reproduction),
     )
-
-
-def embedded(json: str) -> str:
-    """Return ``json`` escaped for a script element, which ``</script>`` or ``<!--`` would end."""
-    return json.replace("<", "\\u003c")
 
 
 def _part(name: str) -> str:

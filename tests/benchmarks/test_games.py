@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from ppg_env import make_game
@@ -49,6 +51,16 @@ def test_options_say_what_counts_as_a_collision_and_what_an_agent_pays(ppg):
     assert "collisions swept, on_goal stay" in table
     assert "agent_0: reserve 0.5\n" in table
     assert "agent_1: reserve 0.5; effort 2" in table
+
+
+def test_large_games_are_shown_without_earliest_arrivals(ppg, monkeypatch):
+    words = ("show", "circle(5)")  # 5 agents, horizon 15
+    earliest = [line.split()[-2] for line in ppg(*words).out.splitlines() if "agent_" in line]
+    assert earliest == ["8", "8", "7", "7", "8"]
+    monkeypatch.setattr(sys.modules["benchmarks.commands.show"], "LARGEST", 5 * 15**2 - 1)
+    shown = ppg(*words).out
+    assert "earliest arrivals are not computed" in shown
+    assert {line.split()[-2] for line in shown.splitlines() if "agent_" in line} == {"0.5"}
 
 
 def test_a_solution_follows_the_options(ppg):

@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 
-from tests.drills.figures import PART, Drill, save
+from tests.drills.figures import PART, Drill, Figure, save
 from tests.drills.page import write_page
 
 DRILLS = (
@@ -47,19 +47,26 @@ def run(name: str, size: float, part: str | None) -> int:
     """Run one drill, print and store its figures; return the exit code."""
     os.environ[PART] = part or ""
     drill: Drill = importlib.import_module(f"tests.drills.{name}").drill
-    figures, before = [], 0.0
+    figures: list[Figure] = []
+    stored = 0.0
     for figure in drill(size):
         figures.append(figure)
         mark = "ok    " if figure.passed else "FAILED"
         print(f"{mark} {name}: {figure.what}: {figure.tried}; {figure.result}", flush=True)
         for failure in figure.failures[:20]:
             print(f"       {failure}", flush=True)
-        spent = os.times()  # stored at once: a drill may be ended from outside
-        seconds = spent.user + spent.system + spent.children_user + spent.children_system
-        save(name, size, seconds - before, figures, add=part is not None)
-        before = seconds if part is not None else 0.0
-        write_page()
+        stored = _store(name, size, stored, figures, add=part is not None)
+    _store(name, size, stored, figures, add=part is not None)  # with the time of what has ended now
     return int(not all(figure.passed for figure in figures))
+
+
+def _store(name: str, size: float, stored: float, figures: list[Figure], *, add: bool) -> float:
+    """Store the figures at once, since a drill may be ended from outside; return CPU seconds."""
+    spent = os.times()
+    seconds = spent.user + spent.system + spent.children_user + spent.children_system
+    save(name, size, seconds - (stored if add else 0.0), figures, add=add)
+    write_page()
+    return seconds
 
 
 if __name__ == "__main__":

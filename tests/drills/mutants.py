@@ -46,16 +46,28 @@ def _changes(
     tree: ast.Module, functions: frozenset[str]
 ) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
     """Yield node and description of each change after making it; go on to undo it."""
+    unread = _annotations(tree)
     for scope in ast.walk(tree):
         if not isinstance(scope, ast.FunctionDef) or (functions and scope.name not in functions):
             continue
         for node in ast.walk(scope):
-            if isinstance(node, ast.FunctionDef) and node is not scope:
+            if node in unread or (isinstance(node, ast.FunctionDef) and node is not scope):
                 continue
             yield from _of_node(node)
             for body in (getattr(node, "body", None), getattr(node, "orelse", None)):
                 if isinstance(body, list):
                     yield from _dropped(body)
+
+
+def _annotations(tree: ast.Module) -> frozenset[ast.AST]:
+    """Return the nodes of annotations, which no code reads."""
+    roots = [
+        annotation
+        for node in ast.walk(tree)
+        for annotation in (getattr(node, "annotation", None), getattr(node, "returns", None))
+        if annotation is not None
+    ]
+    return frozenset(node for root in roots for node in ast.walk(root))
 
 
 def _of_node(node: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, str]]:

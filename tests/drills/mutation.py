@@ -12,6 +12,7 @@ import importlib.util
 import json
 import multiprocessing
 import os
+import resource
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -23,8 +24,11 @@ from types import ModuleType
 from tests.drills.figures import ROOT, Figure, wanted
 from tests.drills.mutants import Mutant, count_mutants, make_mutant
 
-SECONDS = 100.0
-"""Limit for the tests of one mutant; one that takes longer counts as killed."""
+SECONDS = 100
+"""CPU seconds for the tests of one mutant; one that takes more counts as killed."""
+
+WAITED = 1000.0
+"""The same for a mutant that waits; long, since the machine may be busy with other things."""
 
 EXPLAINED = Path(__file__).with_name("equivalent.json")
 SURVIVORS = Path(__file__).with_name("survivors.txt")
@@ -32,21 +36,31 @@ SURVIVORS = Path(__file__).with_name("survivors.txt")
 
 @dataclass(frozen=True)
 class Target:
-    """A module, the functions that are mutated (all if none is named), and its tests."""
+    """A module, the functions that are mutated (all if none is named), and its tests.
+
+    ``quick`` are tests among them that run first, because they end most mutants soon.
+    """
 
     module: str
     tests: tuple[str, ...]
     functions: tuple[str, ...] = ()
     share: float = 1.0
+    quick: tuple[str, ...] = ()
 
 
-KERNEL = ("tests/ppg_env/env/test_rules.py",)
+RULES = "tests/ppg_env/env/test_rules.py"
+FIRST = ("a_parked_body_can_be_hit", "agents_that_share_wait_for_the_last",
+         "on_schedule_agents_leave_at_their_time_wherever_they_are",
+         "inputs_are_projected_on_the_control_set", "bodies_that_only_touch_do_not_crash",
+         "a_time_limit_truncates_and_does_not_terminate",
+         "the_kernel_plays_by_the_rules[tired-risk-clip]")  # fmt: skip
+QUICK = tuple(f"{RULES}::test_{name}" for name in FIRST)
 
 TARGETS = {
     "evaluator": Target(
         "ppg_env.game.evaluation",
-        ("tests/ppg_env/game/test_evaluation.py", "tests/ppg_env/game/test_evaluation_in_motion.py",
-         "tests/benchmarks/library/test_checker.py"),
+        ("tests/ppg_env/game/test_evaluation_in_motion.py",
+         "tests/benchmarks/library/test_checker.py", "tests/ppg_env/game/test_evaluation.py"),
     ),
     "checker": Target("benchmarks.library.checker", ("tests/benchmarks/library/test_checker.py",)),
     "certificate": Target(
@@ -59,10 +73,10 @@ TARGETS = {
     "claims of solvers": Target(
         "solvers.search_result", ("tests/solvers/test_injected_faults.py",), share=0.5
     ),
-    "kernel": Target("ppg_env.env.kernel", KERNEL, share=0.25),
-    "movement": Target("ppg_env.env.movement", KERNEL, share=0.25),
-    "life cycle": Target("ppg_env.env.life_cycle", KERNEL, share=0.25),
-    "encounters": Target("ppg_env.env.encounters", KERNEL, share=0.25),
+    "kernel": Target("ppg_env.env.kernel", (RULES,), share=0.25, quick=QUICK),
+    "movement": Target("ppg_env.env.movement", (RULES,), share=0.25, quick=QUICK),
+    "life cycle": Target("ppg_env.env.life_cycle", (RULES,), share=0.25, quick=QUICK),
+    "encounters": Target("ppg_env.env.encounters", (RULES,), share=0.25, quick=QUICK),
 }  # fmt: skip
 
 
@@ -110,10 +124,15 @@ def _judged(size: float) -> Iterator[Figure]:
         count = max(1, round(len(every) * min(size * target.share, 1.0)))
         chosen = [make_mutant(source, k, only) for k in Random(name).sample(every, count)]
         if _ends(target, None) != "survived":
-            yield Figure(name, "0 mutants", "", ("the tests fail without any change",))
+            failure = "the tests fail without any change"
+            yield Figure(_what(name, target), "0 mutants", "", (failure,))
             continue
         survivors = [mutant for mutant in chosen if _ends(target, mutant) == "survived"]
         yield _figure(name, target, source, every, chosen, survivors, explained)
+
+
+def _what(name: str, target: Target) -> str:
+    return f"{name} (`{target.module}`)"
 
 
 def _figure(
@@ -136,7 +155,7 @@ def _figure(
                 file.write(f"{target.module}\t{key}\n")
     killed = len(chosen) - len(survivors)
     return Figure(
-        f"{name} (`{target.module}`)",
+        _what(name, target),
         f"{len(chosen)} of {len(every)} mutants",
         f"{killed} killed, {known} equivalent, {len(unknown)} survived",
         tuple(unknown),
@@ -147,7 +166,7 @@ def _ends(target: Target, mutant: Mutant | None) -> str:
     """Return ``survived`` if all tests pass, or ``killed``."""
     process = multiprocessing.get_context("fork").Process(target=_test, args=(target, mutant))
     process.start()
-    process.join(SECONDS)
+    process.join(WAITED)
     if process.is_alive():
         process.kill()
         process.join()
@@ -158,6 +177,7 @@ def _ends(target: Target, mutant: Mutant | None) -> str:
 def _test(target: Target, mutant: Mutant | None) -> None:
     import pytest
 
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
     null = os.open(os.devnull, os.O_WRONLY)
     if mutant is not None:
         sys.meta_path.insert(0, _Finder(target.module, mutant.source))
@@ -165,11 +185,15 @@ def _test(target: Target, mutant: Mutant | None) -> None:
     os.dup2(null if mutant is not None else 2, 1)
     os.chdir(ROOT)
     options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow"]
+    options += ["--hypothesis-profile", "mutants"]
     # Of integers that wrap around, where kernels are Python; and of what this process has imported.
     for warning in ("RuntimeWarning", "pytest.PytestAssertRewriteWarning"):
         options += ["-W", f"ignore::{warning}"]
-    code = pytest.main([*options, *target.tests])
-    os._exit(int(code))
+    for tests in (target.quick, target.tests):
+        code = int(pytest.main([*options, *tests])) if tests else 0
+        if code:
+            break
+    os._exit(code)
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

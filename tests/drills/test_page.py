@@ -11,7 +11,7 @@ from tests.drills.mutants import count_mutants, make_mutant
 from tests.drills.page import ABOUT, PAGE, page
 
 SOURCE = '''
-def f(a, b):
+def f(a: float | None, b: int) -> float:
     """Text."""
     c = a + b
     if not a < 1:
@@ -35,3 +35,8 @@ def test_each_mutant_differs_from_the_module_in_one_place() -> None:
     for mutant in every:
         changed = list(unified_diff(plain, mutant.source.splitlines(), n=0))
         assert sum(line.startswith("+ ") for line in changed) == 1
+
+
+def test_annotations_are_left_alone() -> None:
+    heads = {make_mutant(SOURCE, k).source.splitlines()[0] for k in range(count_mutants(SOURCE))}
+    assert heads == {"def f(a: float | None, b: int) -> float:"}

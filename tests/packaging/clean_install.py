@@ -9,6 +9,7 @@ this, it is installed into a new environment in a temporary folder, and started 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -25,13 +26,15 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("solve", "circle(4)", "--out", "circle.json"),
     ("certify", "circle.json"),
 )
-QUICK_START = """
-from ppg_env import make_game
-from solvers import potential_equilibrium, social_optimum
-game = make_game("head_on", speed="l1", objective="risk", lam=0.8)
-selfish, social = potential_equilibrium(game), social_optimum(game)
-assert selfish.evaluation.risk_bound > 5 * social.evaluation.risk_bound
-"""
+PAGES = ("README.md", "docs/index.md")
+"""Pages whose quick starts in Python run from the wheel."""
+
+
+def quick_starts() -> list[str]:
+    """Return the examples in Python of ``PAGES``."""
+    texts = [(ROOT / page).read_text(encoding="utf-8") for page in PAGES]
+    found = [re.findall(r"^```python\n(.*?)^```", text, re.S | re.M) for text in texts]
+    return [code for codes in found for code in codes]
 
 
 def main(pythons: list[str]) -> int:
@@ -68,7 +71,7 @@ def runs(python: str, wheel: Path, place: Path) -> list[str]:
     run_clean([*pip, "-c", ROOT / "constraints.txt", f"{wheel}[render]"], place)
     clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     commands = [[str(programs / "ppg"), *words] for words in COMMANDS]
-    commands.append([str(programs / "python"), "-c", QUICK_START])
+    commands += [[str(programs / "python"), "-c", code] for code in quick_starts()]
     defects = []
     for words in commands:
         done = subprocess.run(

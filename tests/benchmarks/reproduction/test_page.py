@@ -16,10 +16,11 @@ import pytest
 from matplotlib.text import Text
 from playwright.sync_api import Browser, Page, expect
 
+from benchmarks.comparison.page_parts import embedded
 from benchmarks.reproduction.curves import make_panel
 from benchmarks.reproduction.extent import BEST_RESPONSE, EQUILIBRIA, SOCIAL, Extent, Place, Setting
-from benchmarks.reproduction.page import embedded, write_page
 from benchmarks.reproduction.page import page as whole_page
+from benchmarks.reproduction.page import write_page
 from benchmarks.reproduction.pictures import draw
 from benchmarks.reproduction.run import Reproduction, judge_claims, reproduce
 from benchmarks.sweeps import Row, Store

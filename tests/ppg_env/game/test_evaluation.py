@@ -18,6 +18,7 @@ from ppg_env import (
     make_profile,
     straight_plan,
 )
+from ppg_env.game.objective import potential, selfish
 from ppg_env.game.plan import Profile
 from tests.oracles.slow_evaluator import slow_evaluation
 from tests.ppg_env.strategies import Play, double_integrator, plays
@@ -275,6 +276,14 @@ def test_the_bound_for_any_agent_is_between_the_largest_and_the_sum(play: Play) 
     found = evaluate(play.game, play.profile)
     assert found.risk_bound.max() <= found.risk_bound_any + 1e-12
     assert found.risk_bound_any <= found.risk_bound.sum() + 1e-12
+
+
+@given(plays())
+def test_the_value_of_an_objective_is_the_cost_that_it_states(play: Play) -> None:
+    found = evaluate(play.game, play.profile)
+    values = [found.weighted(selfish(play.game, i)) for i in range(len(play.game.agents))]
+    np.testing.assert_allclose(values, found.shifted_cost, **CLOSE)
+    np.testing.assert_allclose(found.weighted(potential(play.game)), found.potential, **CLOSE)
 
 
 @given(plays(missing=True))
