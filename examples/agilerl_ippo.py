@@ -7,9 +7,6 @@ can reach the networks; with ``together=True`` none leaves before the last.
 
 from __future__ import annotations
 
-import sys
-import time
-
 import numpy as np
 import torch
 from agilerl.algorithms import IPPO
@@ -17,17 +14,13 @@ from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_po
 from agilerl.vector.pz_async_vec_env import AsyncPettingZooVecEnv
 from figures import report
 from shaped_env import ShapedEnv
-
-from ppg_env import make_game
-
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
-"""Steps of the environment; each moves all agents."""
+from task import cpu_seconds, read_task
 
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
-    env = AsyncPettingZooVecEnv([lambda: ShapedEnv(game, together=True)] * 4)
+    task = read_task(steps=50_000)  # of the environment; each moves all agents
+    env = AsyncPettingZooVecEnv([lambda: ShapedEnv(task.game, together=True, **task.rules)] * 4)
     names = env.agents
     learner = IPPO(
         [env.single_observation_space(name) for name in names],
@@ -45,18 +38,19 @@ if __name__ == "__main__":
         ent_coef=0.0,
         update_epochs=10,
     )
-    start = time.time()
+    start = cpu_seconds()
     train_multi_agent_on_policy(
         env,
         "path planning",
         "IPPO",
         [learner],
         sum_scores=False,
-        max_steps=STEPS,
-        evo_steps=8192,
+        max_steps=task.steps,
+        evo_steps=min(8192, task.steps),
         verbose=False,
     )
-    seconds = time.time() - start
+    env.close()
+    seconds = cpu_seconds() - start
 
     actor = learner.actors[learner.get_group_id(names[0])]
 
@@ -67,4 +61,4 @@ if __name__ == "__main__":
             return actor.head_net.dist.mu.numpy()
 
     steps = learner.steps * len(names)
-    report("agilerl-ippo", game, act, steps=steps, seconds=seconds)
+    report("agilerl-ippo", task, act, steps=steps, seconds=seconds)
