@@ -34,6 +34,7 @@ from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.rules import Rules
+from ppg_env.env.seeds import seed_sequence
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
@@ -126,7 +127,7 @@ class GameVecEnv(VecEnv):
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Seed all noise; takes effect at once and continues over resets."""
-        noise, weights = np.random.SeedSequence(seed).spawn(2)
+        noise, weights = seed_sequence(seed).spawn(2)
         self.simulator.seed(noise)
         self._random = np.random.default_rng(weights)
         return [seed] * int(np.prod(self._shape))

@@ -91,9 +91,13 @@ class ActionReader:
 
 
 def _numbers(values: Any) -> np.ndarray:
-    """Return ``values`` as an array of floats, or a single NaN if they are none."""
+    """Return ``values`` as an array of floats, or a single NaN if they are none.
+
+    Dates, texts and complex numbers are none, although NumPy would convert them.
+    """
     try:
-        return np.asarray(values, dtype=np.float64)
+        array = np.asarray(values)
+        return array.astype(np.float64) if array.dtype.kind in "biufO" else np.array(np.nan)
     except (TypeError, ValueError):
         return np.array(np.nan)
 

@@ -25,6 +25,7 @@ from ppg_env.env.players import View
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import read_options
 from ppg_env.env.rules import Rules
+from ppg_env.env.seeds import seed_sequence
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.env.step import Step, make_step
 from ppg_env.env.variation import Variation
@@ -140,9 +141,8 @@ class Simulator:
         self.tables = self.tables._replace(max_cycles=self.rules.steps(self.game))
 
     def seed(self, seed: Any) -> None:
-        """Restart the noise from a number, a ``SeedSequence``, or None for fresh entropy."""
-        ready = isinstance(seed, np.random.SeedSequence)
-        sequence = seed if ready else np.random.SeedSequence(seed)
+        """Restart the noise from one or more whole numbers, a ``SeedSequence``, or None (fresh)."""
+        sequence = seed_sequence(seed)
         self.random = np.random.Generator(np.random.SFC64(sequence))
         self._sequence = sequence
         if self.variation is not None:

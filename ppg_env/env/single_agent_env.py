@@ -18,6 +18,7 @@ from ppg_env.env.parallel_env import RENDER_MODES, PathPlanningEnv
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import for_learner, refuse_missing_learner
+from ppg_env.env.seeds import whole_seed
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 
@@ -84,7 +85,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
         ``options`` are values of this episode alone (:mod:`ppg_env.env.reset_options`).
         """
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole_seed(seed))
         options = for_learner(options, self.learner)
         refuse_missing_learner(None, options, self.game, self.learner)
         observations, infos = self._env.reset(seed, options)

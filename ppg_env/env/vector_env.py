@@ -127,11 +127,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         (:mod:`ppg_env.env.reset_options`); automatic resets have none.
         """
         if seed is not None:
-            numbers = [int(number) for number in np.atleast_1d(np.asarray(seed))]
-            require(min(numbers) >= 0, "seed", f"is {seed!r:.60}", "give no negative number")
-            self.simulator.seed(
-                np.random.SeedSequence(numbers[0] if np.isscalar(seed) else numbers)
-            )
+            self.simulator.seed(seed)
         chosen = np.ones(self.num_envs, dtype=np.bool_)
         values = dict(options or {})
         if "reset_mask" in values:
