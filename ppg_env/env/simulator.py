@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
+from ppg_env.env.argument_checks import check_simulation
 from ppg_env.env.arrays import Tables, make_tables
 from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.drawn_entries import DrawnEntries
@@ -63,8 +64,7 @@ class Simulator:
         seed: Any = 0,
         randomize: Randomize | None = None,
     ) -> None:
-        whole = isinstance(copies, (int, np.integer)) and copies >= 1
-        require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
+        check_simulation(game, rules, copies)
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
         self._tables: Tables = make_tables(game, self.rules)
         self._linked: Any = None

@@ -54,5 +54,5 @@ def test_several_numbers_seed_views_of_several_copies() -> None:
 
 
 def test_the_turn_based_view_refuses_seeds_alike() -> None:
-    with pytest.raises(InputError, match="^seed: is -1;"):
+    with pytest.raises(InputError, match=r"^seed: is -1;"):
         path_planning_v0.env("head_on").reset(seed=-1)
