@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from ppg_env.env.rules import Rules
 from ppg_env.errors import require
@@ -27,8 +29,35 @@ def check_learner(learner: Any, players: Mapping[int, Any] | None, agents: int) 
     """
     among = is_whole(learner) and 0 <= learner < agents
     require(among, "learner", f"is {learner!r:.60} of {agents}", "count from 0")
+    _check_players(players, (learner,), agents)
+
+
+def check_learners(learners: Any, players: Mapping[int, Any] | None, agents: int) -> list[int]:
+    """Return the numbers of the ``learners``, all of so many ``agents`` where they are None.
+
+    Raises
+    ------
+    InputError
+        If one is no agent or comes twice, or one of the others' ``players`` does not fit.
+    """
+    given = list(range(agents)) if learners is None else learners
+    listed = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
+    fit = listed and all(is_whole(i) and 0 <= i < agents for i in given)
+    require(
+        fit and len(given) == len({*given}) > 0,
+        "learners",
+        f"are {learners!r:.60} of {agents} agents",
+        "give different numbers of agents, counted from 0",
+    )
+    _check_players(players, given, agents)
+    return [int(i) for i in given]
+
+
+def _check_players(
+    players: Mapping[int, Any] | None, learners: Sequence[int] | np.ndarray, agents: int
+) -> None:
     for agent, player in (players or {}).items():
-        other = is_whole(agent) and 0 <= agent < agents and agent != learner
+        other = is_whole(agent) and 0 <= agent < agents and agent not in learners
         require(other, "players", f"names agent {agent!r:.60}", "name the other agents only")
         plays = callable(getattr(player, "act", None))
         remedy = "give an object with a method act(view), such as GoToGoal(game, 1)"
