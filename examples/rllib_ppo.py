@@ -35,7 +35,7 @@ class PathPlanning(ParallelPettingZooEnv):
 if __name__ == "__main__":
     torch.set_num_threads(1)  # the networks are small
     task = read_task(steps=50_000)  # of the environment; each moves all agents
-    ray.init(num_cpus=1, include_dashboard=False)
+    ray.init("local", num_cpus=1, include_dashboard=False)
     register_env("path_planning", lambda config: PathPlanning(ShapedEnv(task.game, **task.rules)))
     config = (
         PPOConfig()
