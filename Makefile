@@ -77,9 +77,9 @@ wheel: ## Build wheel and source archive, install the wheel outside the tree, an
 	$(PYTHON) -m tests.packaging.clean_install $(PYTHONS)
 
 # Each example installs what it pins in .neighbours/NAME; ONLY=rllib runs those that begin so, and
-# STEPS=20000 changes how long they train.
+# STEPS=20000 changes how long they train; PART=games runs the five short games only, PART=train none.
 neighbours: ## Train with each library of examples/, and print one table
-	@$(PYTHON) examples/run_neighbours.py --only "$(ONLY)" --steps "$(STEPS)"
+	@$(PYTHON) examples/run_neighbours.py --only "$(ONLY)" --steps "$(STEPS)" --part "$(PART)"
 
 lint: $(VENV)/.lint ## Check style, formatting and the direction of imports
 	$(BIN)/ruff check

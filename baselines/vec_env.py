@@ -30,10 +30,12 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
 from ppg_env.env.actions import player_action
+from ppg_env.env.argument_checks import check_learners
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.rules import Rules
+from ppg_env.env.seeds import seed_sequence
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
@@ -86,7 +88,10 @@ class GameVecEnv(VecEnv):
     ) -> None:
         self.simulator = Simulator(game, rules, copies, randomize=randomize)
         count, tables = len(game.agents), self.simulator.tables
-        self.learners = list(range(count) if learners is None else learners)
+        self.learners = check_learners(learners, players, count)
+        require(reward_scale > 0, "reward_scale", f"is {reward_scale!r}", "give a positive number")
+        fit = weights is None or (len(weights) == 2 and 0 <= weights[0] <= weights[1] < 1)
+        require(fit, "weights", f"are {weights!r}", "give a range of lam, 0 <= low <= high < 1")
         self.players = {
             i: player for i, player in enumerate(straight_players(game)) if i not in self.learners
         } | dict(players or {})
@@ -126,7 +131,7 @@ class GameVecEnv(VecEnv):
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Seed all noise; takes effect at once and continues over resets."""
-        noise, weights = np.random.SeedSequence(seed).spawn(2)
+        noise, weights = seed_sequence(seed).spawn(2)
         self.simulator.seed(noise)
         self._random = np.random.default_rng(weights)
         return [seed] * int(np.prod(self._shape))

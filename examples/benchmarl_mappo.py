@@ -7,9 +7,7 @@ agents that wait for the end of their copy, with rewards of zero, are part of wh
 
 from __future__ import annotations
 
-import sys
 import tempfile
-import time
 from typing import Any
 
 import numpy as np
@@ -20,15 +18,12 @@ from benchmarl.experiment import Experiment, ExperimentConfig
 from benchmarl.models import MlpConfig
 from figures import report
 from shaped_env import SCALE, Potential
+from task import cpu_seconds, read_task
 from tensordict import TensorDict
 from torchrl.envs import Transform
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
 from baselines import GameTorchRLEnv
-from ppg_env import make_game
-
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
-"""Steps of the environment; each moves all agents."""
 
 
 class Shaping(Transform):
@@ -49,13 +44,14 @@ class Shaping(Transform):
 
 
 class PathPlanningClass(TaskClass):
-    """A game as a task; ``config`` holds the game."""
+    """A game as a task; ``config`` holds it and the options of its environment."""
 
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: Any
     ) -> Any:
         """Return what makes copies of the environment."""
-        return lambda: GameTorchRLEnv(self.config["game"], num_envs, seed=seed, device=device)
+        options = {"seed": seed, "device": device} | self.config["rules"]
+        return lambda: GameTorchRLEnv(self.config["game"], num_envs, **options)
 
     def get_env_transforms(self, env: Any) -> list[Transform]:
         """Return the shaping of rewards."""
@@ -73,7 +69,7 @@ class PathPlanningClass(TaskClass):
 
     def max_steps(self, env: Any) -> int:
         """Return the length of an episode."""
-        return 2 * self.config["game"].horizon
+        return env.simulator.max_cycles
 
     def group_map(self, env: Any) -> dict[str, list[str]]:
         """Return the names of agents by group."""
@@ -113,21 +109,22 @@ class PathPlanningTask(Task):
 
 if __name__ == "__main__":
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
+    task = read_task(steps=300_000)  # of the environment; each moves all agents
+    game = task.game
     config = ExperimentConfig.get_from_yaml()
-    config.lr, config.gamma, config.max_n_frames = 1e-3, 0.99, STEPS
+    config.lr, config.gamma, config.max_n_frames = 1e-3, 0.99, task.steps
     config.on_policy_collected_frames_per_batch, config.on_policy_n_envs_per_worker = 2048, 64
     config.on_policy_n_minibatch_iters, config.on_policy_minibatch_size = 10, 512
     config.evaluation, config.create_json, config.loggers = False, False, []
     config.save_folder = tempfile.mkdtemp()
-    task = PathPlanningTask.HEAD_ON.get_task({"game": game})
+    benchmark = PathPlanningTask.HEAD_ON.get_task({"game": game, "rules": task.rules})
     mlp = MlpConfig(num_cells=[64, 64], layer_class=torch.nn.Linear, activation_class=torch.nn.Tanh)
     experiment = Experiment(
-        task, MappoConfig.get_from_yaml(), mlp, seed=1, config=config, critic_model_config=mlp
+        benchmark, MappoConfig.get_from_yaml(), mlp, seed=1, config=config, critic_model_config=mlp
     )
-    start = time.time()
+    start = cpu_seconds()
     experiment.run()
-    seconds, count = time.time() - start, len(game.agents)
+    seconds, count = cpu_seconds() - start, len(game.agents)
     steps, high = experiment.total_frames * count, experiment.test_env.simulator.high
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
@@ -137,4 +134,4 @@ if __name__ == "__main__":
         with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
             return experiment.policy(batch)["agents", "action"][:, agent].numpy() / high[agent]
 
-    report("benchmarl-mappo", game, act, steps=steps, seconds=seconds)
+    report("benchmarl-mappo", task, act, steps=steps, seconds=seconds)

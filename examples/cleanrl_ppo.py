@@ -8,18 +8,18 @@ ends an episode without bootstrap, because the clock is observed.
 
 from __future__ import annotations
 
-import sys
-import time
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from figures import report
 from shaped_env import SCALE, Potential
+from task import cpu_seconds, read_task
 from torch import nn
 from torch.distributions.normal import Normal
 
-from ppg_env import Simulator, make_game
+from ppg_env import Simulator
+from ppg_env.env import Rules
 
 
 @dataclass
@@ -61,14 +61,14 @@ def mlp(inputs: int, outputs: int, gain: float) -> nn.Sequential:
 
 
 if __name__ == "__main__":
-    args = Args(*map(int, sys.argv[1:2]))
+    task = read_task(steps=Args.total_timesteps)
+    args, game = Args(total_timesteps=task.steps), task.game
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
-    envs = Simulator(game, copies=args.num_envs, seed=1)
+    envs = Simulator(game, Rules(**task.rules), copies=args.num_envs, seed=1)
     slots = args.num_envs * len(game.agents)
     middle, half = (envs.high + envs.low) / 2, (envs.high - envs.low) / 2
-    potential, start = Potential(game), time.time()
+    potential, start = Potential(game), cpu_seconds()
     agent = Agent(envs.observation_size, envs.action_size)
     optimizer = torch.optim.Adam(agent.parameters(), lr=args.learning_rate, eps=1e-5)
     obs = torch.zeros(args.num_steps, slots, envs.observation_size)
@@ -117,4 +117,5 @@ if __name__ == "__main__":
         with torch.no_grad():
             return agent.actor_mean(torch.as_tensor(observations)).numpy()
 
-    report("cleanrl-ppo", game, act, steps=args.total_timesteps * 2, seconds=time.time() - start)
+    steps, seconds = args.total_timesteps * len(game.agents), cpu_seconds() - start
+    report("cleanrl-ppo", task, act, steps=steps, seconds=seconds)

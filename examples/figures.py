@@ -10,16 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from task import Task
 
 from baselines import evaluate_runs, find_pretrained
 from ppg_env.env.players import Player, View
+from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
 
-EPISODES = 20_000
-COLUMNS = ("player", "steps", "seconds", "expected cost", "crash probability", "arrived %")
-WIDTHS = (16, 9, 7, 16, 32, 9)
+EPISODES, ROUGH_EPISODES = 20_000, 2_000
+COLUMNS = ("player", "steps", "CPU s", "expected cost", "crash probability", "arrived %")
+WIDTHS = (30, 9, 7, 16, 32, 9)
 
 Act = Callable[[int, np.ndarray], np.ndarray]
 """Actions (C, m) from -1 to 1 of an agent, by index, for its observations (C, W) in C copies."""
@@ -41,14 +43,18 @@ class TrainedPlayer:
         return self._middle + self._half * np.clip(action, -1.0, 1.0)
 
 
-def report(name: str, game: Game, act: Act, *, steps: int, seconds: float) -> None:
-    """Print a row for the trained policies and one for ``ppo-selfish``.
+def report(name: str, task: Task, act: Act, *, steps: int, seconds: float) -> None:
+    """Print a row for the trained policies and, for trainings, one for ``ppo-selfish``.
 
-    ``steps`` are the steps of all agents in training.
+    ``steps`` are the steps of all agents in training, ``seconds`` its CPU time.
     """
+    game, rules = task.game, Rules(**task.rules) if task.rules else None
     players = [TrainedPlayer(game, i, act) for i in range(len(game.agents))]
+    name = f"{name} {task.rough}".rstrip()
     print(line(COLUMNS))
-    print(row(name, game, [players], f"{steps:,}", f"{seconds:.0f}"), flush=True)
+    print(row(name, game, [players], f"{steps:,}", f"{seconds:.0f}", rules=rules), flush=True)
+    if task.rough:
+        return
     try:
         learned = find_pretrained("ppo-selfish", game)
     except InputError:  # not for this game
@@ -57,9 +63,16 @@ def report(name: str, game: Game, act: Act, *, steps: int, seconds: float) -> No
     print(row(learned.name, game, runs, f"{learned.about['steps']:,}", ""), flush=True)
 
 
-def row(name: str, game: Game, runs: Sequence[Sequence[Player]], *training: str) -> str:
+def row(
+    name: str,
+    game: Game,
+    runs: Sequence[Sequence[Player]],
+    *training: str,
+    rules: Rules | None = None,
+) -> str:
     """Return the row of a player: its name, its training, and its figures as intervals."""
-    statistics = evaluate_runs(game, runs, EPISODES, seed=0)
+    episodes = EPISODES if rules is None else ROUGH_EPISODES
+    statistics = evaluate_runs(game, runs, episodes, seed=0, rules=rules)
     summary = statistics.summary
     cost, crash = summary.cost_mean, summary.crash_any
     arrived = 100 * float(np.mean(statistics.successes))

@@ -9,9 +9,6 @@ are shaped and scaled as ``shaped_env.py`` has it.
 
 from __future__ import annotations
 
-import sys
-import time
-
 import numpy as np
 import pufferlib.vector
 import torch
@@ -19,21 +16,20 @@ from figures import report
 from pufferlib.models import Default
 from pufferlib.pytorch import sample_logits
 from shaped_env import SCALE, Potential
+from task import cpu_seconds, read_task
 
 from baselines import GamePufferEnv
-from ppg_env import make_game
 
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 600_000
-"""Steps of all agents."""
 COPIES, HORIZON, EPOCHS, MINIBATCH, RATE = 32, 32, 10, 512, 1e-3
 GAMMA, LAMBDA = 0.99, 0.95
 
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
+    task = read_task(steps=600_000)  # of all agents
+    game = task.game
     count, potential = len(game.agents), Potential(game)
-    options = {"game": game, "copies": COPIES, "reward_scale": SCALE}
+    options = {"game": game, "copies": COPIES, "reward_scale": SCALE} | task.rules
     envs = pufferlib.vector.make(
         GamePufferEnv, env_kwargs=options, backend=pufferlib.vector.Serial, num_envs=2, seed=1
     )
@@ -53,8 +49,8 @@ if __name__ == "__main__":
         return potential.of_all(seen).ravel()
 
     envs.reset(seed=1)
-    start = time.time()
-    for _ in range(-(-STEPS // batch)):
+    start = cpu_seconds()
+    for _ in range(-(-task.steps // batch)):
         for t in range(HORIZON):
             obs[t], acting[t] = torch.as_tensor(envs.observations), torch.as_tensor(envs.masks)
             with torch.no_grad():
@@ -91,7 +87,7 @@ if __name__ == "__main__":
                 (0.25 * error - objective).backward()
                 torch.nn.utils.clip_grad_norm_(policy.parameters(), 0.5)
                 optimizer.step()
-    seconds = time.time() - start
+    seconds = cpu_seconds() - start
     envs.close()
 
     def act(_: int, observations: np.ndarray) -> np.ndarray:
@@ -99,4 +95,4 @@ if __name__ == "__main__":
         with torch.no_grad():
             return policy.forward_eval(torch.as_tensor(observations))[0].mean.numpy()
 
-    report("pufferlib-ppo", game, act, steps=-(-STEPS // batch) * batch, seconds=seconds)
+    report("pufferlib-ppo", task, act, steps=-(-task.steps // batch) * batch, seconds=seconds)

@@ -5,9 +5,6 @@ RLlib takes the PettingZoo parallel environment through ``ParallelPettingZooEnv`
 
 from __future__ import annotations
 
-import sys
-import time
-
 import numpy as np
 import ray
 import torch
@@ -17,11 +14,7 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune.registry import register_env
 from shaped_env import ShapedEnv
-
-from ppg_env import make_game
-
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
-"""Steps of the environment; each moves all agents."""
+from task import cpu_seconds, read_task
 
 
 class PathPlanning(ParallelPettingZooEnv):
@@ -41,9 +34,9 @@ class PathPlanning(ParallelPettingZooEnv):
 
 if __name__ == "__main__":
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
-    ray.init(num_cpus=1, include_dashboard=False)
-    register_env("path_planning", lambda config: PathPlanning(ShapedEnv(game)))
+    task = read_task(steps=50_000)  # of the environment; each moves all agents
+    ray.init("local", num_cpus=1, include_dashboard=False)
+    register_env("path_planning", lambda config: PathPlanning(ShapedEnv(task.game, **task.rules)))
     config = (
         PPOConfig()
         .environment("path_planning")
@@ -67,10 +60,10 @@ if __name__ == "__main__":
         .debugging(seed=1, log_level="ERROR")
     )
     algo = config.build_algo()
-    start, steps = time.time(), 0
-    while steps < STEPS:
+    start, steps = cpu_seconds(), 0
+    while steps < task.steps:
         steps = int(algo.train()["env_runners"]["num_env_steps_sampled_lifetime"])
-    seconds = time.time() - start
+    seconds = cpu_seconds() - start
 
     module = algo.get_module("shared")
 
@@ -80,5 +73,5 @@ if __name__ == "__main__":
             out = module.forward_inference({"obs": torch.as_tensor(observations)})
         return np.split(out["action_dist_inputs"].numpy(), 2, axis=1)[0]
 
-    report("rllib-ppo", game, act, steps=steps * len(game.agents), seconds=seconds)
+    report("rllib-ppo", task, act, steps=steps * len(task.game.agents), seconds=seconds)
     algo.stop()

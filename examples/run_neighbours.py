@@ -1,7 +1,8 @@
 """Run each example in an environment of its own, and print one table: ``make neighbours``.
 
-    python examples/run_neighbours.py [--only rllib] [--steps 50000]
+    python examples/run_neighbours.py [--only rllib] [--steps 50000] [--part train|games]
 
+Each example trains, and then makes a short run in each of five scenarios (``task.py``).
 ``examples/NAME.txt`` pins what ``examples/NAME.py`` needs; it is installed in ``.neighbours/NAME``
 together with this project.  The table gives the reason where an example cannot be installed or run;
 ``.neighbours/NAME.log`` has the whole output.
@@ -21,6 +22,12 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 EXAMPLES, HOME = ROOT / "examples", ROOT / ".neighbours"
 
+GAMES = ("head_on", "intersection", "intersection3", "circle(4)", "corridor")
+"""The scenarios of the short runs."""
+
+SHORT = "4000"
+"""The steps of a short run."""
+
 HOURS = 1.0
 """How long one installation or one training may take."""
 
@@ -34,6 +41,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Run examples, each in its own environment.")
     parser.add_argument("--only", default="", help="how the names of examples start")
     parser.add_argument("--steps", default="", help="steps of training; by default its own")
+    parser.add_argument("--part", default="", choices=["", "train", "games"], help="one of both")
     options = parser.parse_args()
     names = examples(options.only)
     if not names:
@@ -44,11 +52,13 @@ def main() -> None:
     stopped = False
     for name in names:
         print(f"{name}: log in .neighbours/{name}.log", file=sys.stderr, flush=True)
-        try:
-            new = table(run(name, options.steps))
-        except StoppedError as error:
-            new, stopped = [f"{name}: {error}"], True
-        rows += [row for row in new if row not in rows]  # the title and ppo-selfish come again
+        (HOME / f"{name}.log").write_text("", encoding="utf-8")
+        for arguments in runs(options.part, options.steps):
+            try:
+                new = table(run(name, arguments))
+            except StoppedError as error:
+                new, stopped = [f"{' '.join([name, *arguments])}: {error}"], True
+            rows += [row for row in new if row not in rows]  # the title and ppo-selfish come again
     print("\n".join(rows))
     sys.exit(stopped)
 
@@ -58,12 +68,17 @@ def examples(start: str = "") -> list[str]:
     return [path.stem for path in sorted(EXAMPLES.glob(f"{start}*.txt"))]
 
 
-def run(name: str, steps: str) -> str:
+def runs(part: str, steps: str) -> list[list[str]]:
+    """Return the arguments of each run of an example."""
+    short = [[SHORT, "--game", scenario] for scenario in GAMES]
+    return [steps.split()] * (part != "games") + short * (part != "train")
+
+
+def run(name: str, arguments: Sequence[str]) -> str:
     """Install what an example needs, if that has changed, and return what it prints."""
     log = HOME / f"{name}.log"
-    log.write_text("")
     python = install(name, log)
-    return call("failed", [python, EXAMPLES / f"{name}.py", *steps.split()], log)
+    return call("failed", [python, EXAMPLES / f"{name}.py", *arguments], log)
 
 
 def install(name: str, log: Path) -> Path:

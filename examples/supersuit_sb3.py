@@ -6,28 +6,21 @@ This is PettingZoo's tutorial with this game in it: python examples/supersuit_sb
 
 from __future__ import annotations
 
-import sys
-import time
-
 import numpy as np
 import supersuit
 import torch
 from figures import report
 from shaped_env import ShapedEnv
 from stable_baselines3 import PPO
-
-from ppg_env import make_game
-
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
-"""Steps of the environment; each moves all agents."""
+from task import cpu_seconds, read_task
 
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
+    task = read_task(steps=50_000)  # of the environment; each moves all agents
     # SuperSuit's own way is black_death_v3, which observes zeros for agents that have left.  With
     # together=True they observe that they are out of traffic.
-    env = ShapedEnv(game, together=True)
+    env = ShapedEnv(task.game, together=True, **task.rules)
     env.reset(seed=1)
     env = supersuit.pettingzoo_env_to_vec_env_v1(env)
     env = supersuit.concat_vec_envs_v1(env, 8, num_cpus=1, base_class="stable_baselines3")
@@ -41,12 +34,13 @@ if __name__ == "__main__":
         policy_kwargs={"log_std_init": -0.5},
         device="cpu",
     )
-    start = time.time()
-    model.learn(STEPS * len(game.agents))  # stable-baselines3 counts the steps of each slot
-    seconds = time.time() - start
+    start = cpu_seconds()
+    # stable-baselines3 counts the steps of each slot.
+    model.learn(task.steps * len(task.game.agents))
+    seconds = cpu_seconds() - start
 
     def act(_: int, observations: np.ndarray) -> np.ndarray:
         """Return the mean action."""
         return model.predict(observations, deterministic=True)[0]
 
-    report("supersuit-sb3", game, act, steps=model.num_timesteps, seconds=seconds)
+    report("supersuit-sb3", task, act, steps=model.num_timesteps, seconds=seconds)

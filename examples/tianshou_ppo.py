@@ -7,8 +7,6 @@ in the Gymnasium environment, against the others as they are then: iterated best
 
 from __future__ import annotations
 
-import sys
-import time
 from typing import Any
 
 import gymnasium
@@ -16,6 +14,7 @@ import numpy as np
 import torch
 from figures import Act, TrainedPlayer, report
 from shaped_env import ShapedLearner
+from task import Task, cpu_seconds, read_task
 from tianshou.algorithm.modelfree.ppo import PPO
 from tianshou.algorithm.modelfree.reinforce import ProbabilisticActorPolicy
 from tianshou.algorithm.optim import AdamOptimizerFactory
@@ -26,20 +25,16 @@ from tianshou.utils.net.common import Net
 from tianshou.utils.net.continuous import ContinuousActorProbabilistic, ContinuousCritic
 from torch.distributions import Independent, Normal
 
-from ppg_env import SingleAgentEnv, make_game
-from ppg_env.game.game import Game
-
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
-"""Steps of the learners, in all."""
+from ppg_env import SingleAgentEnv
 
 ROUNDS = 2
 """How often each agent learns."""
 
 
-def shaped_env(game: Game, learner: int, acts: dict[int, Act]) -> gymnasium.Env:
+def shaped_env(task: Task, learner: int, acts: dict[int, Act]) -> gymnasium.Env:
     """Return the game for one learner; ``acts`` are the policies of others, by index."""
-    players = {i: TrainedPlayer(game, i, act) for i, act in acts.items() if i != learner}
-    env = SingleAgentEnv(game, learner, players)
+    players = {i: TrainedPlayer(task.game, i, act) for i, act in acts.items() if i != learner}
+    env = SingleAgentEnv(task.game, learner, players, **task.rules)
     return ShapedLearner(gymnasium.wrappers.RescaleAction(env, np.float32(-1), np.float32(1)))
 
 
@@ -74,14 +69,14 @@ def mean_action(algorithm: PPO) -> Act:
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
-    agents = range(len(game.agents))
-    algorithms = [make_ppo(shaped_env(game, i, {})) for i in agents]
+    task = read_task(steps=50_000)  # of the learners, in all
+    agents = range(len(task.game.agents))
+    algorithms = [make_ppo(shaped_env(task, i, {})) for i in agents]
     acts: dict[int, Act] = {}  # at first the others follow their straight plans
-    start, each = time.time(), -(-STEPS // (ROUNDS * len(agents)))
+    start, each = cpu_seconds(), -(-task.steps // (ROUNDS * len(agents)))
     for turn in range(ROUNDS * len(agents)):
         i = turn % len(agents)
-        envs = DummyVectorEnv([lambda i=i: shaped_env(game, i, acts)] * 8)
+        envs = DummyVectorEnv([lambda i=i: shaped_env(task, i, acts)] * 8)
         collector = Collector[Any](algorithms[i], envs, VectorReplayBuffer(2048, 8))
         collector.reset()
         algorithms[i].run_training(
@@ -97,10 +92,10 @@ if __name__ == "__main__":
             )
         )
         acts[i] = mean_action(algorithms[i])
-    seconds = time.time() - start
+    seconds = cpu_seconds() - start
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
         """Return the mean action of the agent's own policy."""
         return acts[agent](agent, observations)
 
-    report("tianshou-ppo", game, act, steps=STEPS, seconds=seconds)
+    report("tianshou-ppo", task, act, steps=task.steps, seconds=seconds)

@@ -9,14 +9,13 @@ bootstrap, because the clock is observed.
 
 from __future__ import annotations
 
-import sys
-import time
 from typing import Any
 
 import numpy as np
 import torch
 from figures import report
 from shaped_env import SCALE, Potential
+from task import cpu_seconds, read_task
 from tensordict import TensorDict
 from tensordict.nn import TensorDictModule
 from tensordict.nn.distributions import NormalParamExtractor
@@ -26,10 +25,7 @@ from torchrl.modules import MultiAgentMLP, ProbabilisticActor, TanhNormal
 from torchrl.objectives import ClipPPOLoss
 
 from baselines import GameTorchRLEnv
-from ppg_env import make_game
 
-STEPS = int(sys.argv[1]) if len(sys.argv) > 1 else 600_000
-"""Steps of all agents."""
 COPIES, ROLLOUT, EPOCHS, MINIBATCH, RATE = 64, 32, 10, 512, 1e-3
 
 
@@ -82,8 +78,10 @@ def shape(data: Any, potential: Potential) -> None:
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
-    game = make_game("head_on", speed="l1", lam=0.8)
-    env, count, potential = GameTorchRLEnv(game, COPIES, seed=1), len(game.agents), Potential(game)
+    task = read_task(steps=600_000)  # of all agents
+    game = task.game
+    env = GameTorchRLEnv(game, COPIES, seed=1, **task.rules)
+    count, potential = len(game.agents), Potential(game)
     actor = make_actor(env)
     critic = TensorDictModule(
         network(1, centralized=True, env=env),
@@ -99,10 +97,10 @@ if __name__ == "__main__":
     loss.make_value_estimator(gamma=0.99, lmbda=0.95)
     optimizer = torch.optim.Adam(loss.parameters(), lr=RATE)
     frames = COPIES * ROLLOUT
-    total = -(-STEPS // (frames * count)) * frames
+    total = -(-task.steps // (frames * count)) * frames
     options = {"frames_per_batch": frames, "total_frames": total}
     collector = Collector(env, actor, auto_register_policy_transforms=False, **options)
-    start = time.time()
+    start = cpu_seconds()
     for data in collector:
         shape(data, potential)
         with torch.no_grad():
@@ -123,7 +121,7 @@ if __name__ == "__main__":
                 (objective + value).backward()
                 torch.nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
                 optimizer.step()
-    seconds = time.time() - start
+    seconds = cpu_seconds() - start
     collector.shutdown()
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
@@ -134,4 +132,4 @@ if __name__ == "__main__":
             inputs = actor(batch)["agents", "action"][:, agent].numpy()
         return inputs / env.simulator.high[agent]
 
-    report("torchrl-mappo", game, act, steps=total * count, seconds=seconds)
+    report("torchrl-mappo", task, act, steps=total * count, seconds=seconds)

@@ -18,12 +18,13 @@ import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test
 
-from ppg_env import SingleAgentEnv, make_game, parallel_env
+from ppg_env import Simulator, SingleAgentEnv, make_game, parallel_env
+from ppg_env.env import Rules
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.txt"))
-SHARED = {"figures", "run_neighbours", "shaped_env"}
+SHARED = {"figures", "run_neighbours", "shaped_env", "task"}
 PACKAGES = {"ppg_env", "solvers", "baselines", "benchmarks"}
 LINES = 140
 
@@ -191,12 +192,14 @@ def test_a_single_learner_is_shaped_alike(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_policy_is_reported_with_the_figures_of_compare(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    figures = shared("figures", monkeypatch)
+    figures, task = (shared(name, monkeypatch) for name in ("figures", "task"))
     monkeypatch.setattr(figures, "EPISODES", 50)
     game = make_game("parallel", speed="l1", lam=0.8)
-    figures.report(
-        "straight", game, lambda i, seen: towards_goal(seen, game.dim), steps=1000, seconds=2.0
-    )
+
+    def act(_: int, seen: np.ndarray) -> np.ndarray:
+        return towards_goal(seen, game.dim)
+
+    figures.report("straight", task.Task(game, 1000), act, steps=1000, seconds=2.0)
     table = shared("run_neighbours", monkeypatch).table("log\n" + capsys.readouterr().out)
     title, own, learned = (re.split(r"\s{2,}", line) for line in table)
     assert title == list(figures.COLUMNS)
@@ -204,6 +207,38 @@ def test_a_policy_is_reported_with_the_figures_of_compare(
     assert learned[:2] == ["ppo-selfish", "2,000,000"]
     assert 6 < float(own[3].split()[0]) < 10
     assert float(own[-1]) > 50
+
+
+def test_a_short_run_is_reported_under_its_own_rules(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    figures, task = (shared(name, monkeypatch) for name in ("figures", "task"))
+    monkeypatch.setattr(figures, "ROUGH_EPISODES", 50)
+    rough = task.rough_task("head_on", 100)
+    rough.rules["max_cycles"] = 1  # too few to arrive
+    figures.report("still", rough, lambda i, seen: np.zeros((len(seen), 2)), steps=4, seconds=0.0)
+    _, row = capsys.readouterr().out.splitlines()
+    cells = re.split(r"\s{2,}", row)
+    assert cells[0] == "still head_on"
+    assert cells[-1] == "0.0"
+
+
+def test_the_short_runs_hold_crashes_early_arrivals_and_time_limits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    task = shared("task", monkeypatch)
+    assert tuple(task.ROUGH) == shared("run_neighbours", monkeypatch).GAMES
+    for scenario in task.ROUGH:
+        rough, rng = task.rough_task(scenario, 100), np.random.default_rng(0)
+        env, early = Simulator(rough.game, Rules(**rough.rules), copies=64, seed=0), 0
+        env.reset()
+        counts = np.zeros(3, dtype=int)
+        for _ in range(4 * task.MAX_CYCLES):
+            out = env.step(rng.uniform(env.low, env.high, (64, *env.low.shape)))
+            counts += [out.arrived.sum(), out.crashed.sum(), out.truncated.sum()]
+            early += (out.arrived.any(axis=1) & ~out.over).sum()
+        assert early > 0, scenario
+        assert counts.min() > 0, f"{scenario}: arrived, crashed, late {counts}"
 
 
 # --- make neighbours ------------------------------------------------------------------------------
@@ -219,6 +254,14 @@ def test_a_failing_command_is_reported_by_its_last_line(
     with pytest.raises(module.StoppedError, match=r"^not installed: no wheel for 3\.11$"):
         module.call("not installed", [sys.executable, "-c", code], log)
     assert log.read_text() == "fine\nfirst\nno wheel for 3.11\n"
+
+
+def test_each_part_has_its_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = shared("run_neighbours", monkeypatch)
+    short = [[module.SHORT, "--game", name] for name in module.GAMES]
+    assert module.runs("train", "5000") == [["5000"]]
+    assert module.runs("games", "5000") == short
+    assert module.runs("", "") == [[], *short]
 
 
 def test_examples_are_chosen_by_the_start_of_their_names(monkeypatch: pytest.MonkeyPatch) -> None:

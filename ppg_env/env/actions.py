@@ -57,7 +57,7 @@ class ActionReader:
                 remedy = "give one for each of agents"
                 raise InputError(f"actions[{name!r}]", "is missing", remedy) from None
             if not (type(values) is np.ndarray and values.dtype.char in "df"):  # others take longer
-                values = _numbers(values)
+                values = action_numbers(values)
             if values.shape != (size,):
                 raise self._refusal(name, actions[name])
             array[0, i, :size] = values
@@ -90,10 +90,14 @@ class ActionReader:
         )
 
 
-def _numbers(values: Any) -> np.ndarray:
-    """Return ``values`` as an array of floats, or a single NaN if they are none."""
+def action_numbers(values: Any) -> np.ndarray:
+    """Return ``values`` as a new array of floats, or a single NaN if they are none.
+
+    Dates, texts and complex numbers are none, although NumPy would convert them.
+    """
     try:
-        return np.asarray(values, dtype=np.float64)
+        array = np.asarray(values)
+        return array.astype(np.float64) if array.dtype.kind in "biufO" else np.array(np.nan)
     except (TypeError, ValueError):
         return np.array(np.nan)
 

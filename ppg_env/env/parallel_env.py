@@ -18,6 +18,7 @@ from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.rules import CHOICES, Rules, make_rules
+from ppg_env.env.seeds import whole_seed
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import MISSING
 from ppg_env.errors import require
@@ -209,9 +210,7 @@ class PathPlanningEnv(ParallelEnv):
         ``options`` are values of this episode alone (:mod:`ppg_env.env.reset_options`).
         """
         if seed is not None:
-            whole = isinstance(seed, (int, np.integer)) and seed >= 0
-            require(whole, "seed", f"is {seed!r}", "give a whole number that is not negative")
-            self.simulator.seed(int(seed))
+            self.simulator.seed(whole_seed(seed))
         observation = self._observer.read(self.simulator.reset(options=options))[0]
         missing = self.simulator.status[0] == MISSING
         self.agents = [a for a, left in zip(self.possible_agents, missing, strict=True) if not left]

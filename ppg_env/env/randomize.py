@@ -206,8 +206,8 @@ class Randomize:
         if not isinstance(draw, _Draws):
             return [draw] * len(names)
         result: list[Distribution | None] = [None] * len(names)
-        for key, one in draw.pairs:
-            result[agent_number(key, names, f"randomize.{field}")] = one
+        for agent, one in by_agent(draw.pairs, names, f"randomize.{field}"):
+            result[agent] = one
         return result
 
     def counts(self, agents: int) -> tuple[int, ...]:
@@ -220,6 +220,23 @@ class _Draws:
     """Distributions of some agents, as pairs that hash."""
 
     pairs: tuple[tuple[int | str, Distribution], ...]
+
+
+def by_agent(
+    pairs: Iterable[tuple[Any, Any]], names: Sequence[str], place: str
+) -> list[tuple[int, Any]]:
+    """Return pairs of an agent's number and its value, from names or numbers and values.
+
+    Raises
+    ------
+    InputError
+        If an agent is not in the game, or is named twice.
+    """
+    numbered = [(agent_number(key, names, place), value) for key, value in pairs]
+    for i, (agent, _) in enumerate(numbered):
+        twice = agent in [other for other, _ in numbered[:i]]
+        require(not twice, place, f"names agent {agent} twice", "give each agent one value")
+    return numbered
 
 
 def agent_number(key: Any, names: Sequence[str], place: str) -> int:

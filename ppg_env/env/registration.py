@@ -8,6 +8,9 @@
 There is an id for every scenario, in the style of each registry, and ``ppg/Game-v0`` or
 ``ppg/game-v0`` for any game.  Arguments of a family, rules of play and fields of the game are
 keyword arguments.  The version rises when a trajectory, a reward or the use of the seed changes.
+
+``import ppg_env`` registers the ids.  Programs that take the name of an environment only, such as
+experiment files, import it by ``"ppg_env:ppg/HeadOn-v0"`` (Gymnasium; PettingZoo cannot).
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from ppg_env.env.randomize import Randomize, agent_number
+from ppg_env.env.randomize import Randomize, by_agent
 from ppg_env.errors import InputError, placed, require
 from ppg_env.formats.keys import check_keys
 from ppg_env.game.agent import Agent
@@ -142,8 +142,7 @@ def _each(game: Game, key: str, value: Any) -> Iterator[tuple[int, Any]]:
     """Yield the agents that ``value`` is for, and each one's own."""
     names: Sequence[str] = game.agent_names
     if isinstance(value, Mapping):
-        for name, own in value.items():
-            yield agent_number(name, names, key), own
+        yield from by_agent(value.items(), names, key)
         return
     depth = _depth(value)
     per_agent = depth == (2 if key in ("start", "goal") else 1)

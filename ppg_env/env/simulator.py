@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ppg_env.env.actions import action_boxes, batch_of_actions, without_unusable
+from ppg_env.env.argument_checks import check_simulation
 from ppg_env.env.arrays import Tables, make_tables
 from ppg_env.env.compiled import compiled_kernel
 from ppg_env.env.drawn_entries import DrawnEntries
@@ -25,6 +26,7 @@ from ppg_env.env.players import View
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import read_options
 from ppg_env.env.rules import Rules
+from ppg_env.env.seeds import seed_sequence
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.env.step import Step, make_step
 from ppg_env.env.variation import Variation
@@ -62,8 +64,7 @@ class Simulator:
         seed: Any = 0,
         randomize: Randomize | None = None,
     ) -> None:
-        whole = isinstance(copies, (int, np.integer)) and copies >= 1
-        require(whole, "copies", f"is {copies!r}", "ask for a whole number, at least one")
+        check_simulation(game, rules, copies)
         self.game, self.rules = game, (Rules() if rules is None else rules).of(game)
         self._tables: Tables = make_tables(game, self.rules)
         self._linked: Any = None
@@ -140,9 +141,8 @@ class Simulator:
         self.tables = self.tables._replace(max_cycles=self.rules.steps(self.game))
 
     def seed(self, seed: Any) -> None:
-        """Restart the noise from a number, a ``SeedSequence``, or None for fresh entropy."""
-        ready = isinstance(seed, np.random.SeedSequence)
-        sequence = seed if ready else np.random.SeedSequence(seed)
+        """Restart the noise from one or more whole numbers, a ``SeedSequence``, or None (fresh)."""
+        sequence = seed_sequence(seed)
         self.random = np.random.Generator(np.random.SFC64(sequence))
         self._sequence = sequence
         if self.variation is not None:

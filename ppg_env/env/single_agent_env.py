@@ -14,11 +14,13 @@ import gymnasium
 import numpy as np
 
 from ppg_env.env.actions import player_action
+from ppg_env.env.argument_checks import check_learner
 from ppg_env.env.parallel_env import RENDER_MODES, PathPlanningEnv
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.reset_options import for_learner, refuse_missing_learner
-from ppg_env.errors import InputError, require
+from ppg_env.env.seeds import whole_seed
+from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 
 
@@ -53,10 +55,8 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._env = PathPlanningEnv(game, render_mode=render_mode, **options)
         self.game, self.render_mode = self._env.game, render_mode
         count = len(self.game.agents)
-        require(0 <= learner < count, "learner", f"is {learner} of {count}", "count from 0")
-        invalid = [i for i in players or {} if not 0 <= i < count or i == learner]
-        require(not invalid, "players", f"names agent {invalid[:1]}", "name the other agents only")
-        self.learner, self._name = learner, self._env.possible_agents[learner]
+        check_learner(learner, players, count)
+        self.learner, self._name = int(learner), self._env.possible_agents[learner]
         refuse_missing_learner(self._env.randomize, None, self.game, learner)
         self.rules = self._env.rules
         self.players = {
@@ -84,7 +84,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
         ``options`` are values of this episode alone (:mod:`ppg_env.env.reset_options`).
         """
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole_seed(seed))
         options = for_learner(options, self.learner)
         refuse_missing_learner(None, options, self.game, self.learner)
         observations, infos = self._env.reset(seed, options)

@@ -28,7 +28,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ppg_env.env.actions import player_action
+from ppg_env.env.actions import action_numbers, player_action
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
 from ppg_env.env.randomize import Randomize
@@ -36,7 +36,7 @@ from ppg_env.env.reset_options import for_learner, refuse_missing_learner
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.single_agent_env import SingleAgentEnv
 from ppg_env.env.status import ARRIVED, TRAFFIC
-from ppg_env.errors import require
+from ppg_env.errors import InputError, require
 
 AutoresetMode: Any = getattr(gymnasium.vector, "AutoresetMode", str)
 """Gymnasium's names of the modes; releases before 1.1 have none, and do not ask."""
@@ -127,11 +127,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         (:mod:`ppg_env.env.reset_options`); automatic resets have none.
         """
         if seed is not None:
-            numbers = [int(number) for number in np.atleast_1d(np.asarray(seed))]
-            require(min(numbers) >= 0, "seed", f"is {seed!r:.60}", "give no negative number")
-            self.simulator.seed(
-                np.random.SeedSequence(numbers[0] if np.isscalar(seed) else numbers)
-            )
+            self.simulator.seed(seed)
         chosen = np.ones(self.num_envs, dtype=np.bool_)
         values = dict(options or {})
         if "reset_mask" in values:
@@ -180,13 +176,11 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def _act(self, actions: np.ndarray) -> None:
         """Write what all agents play; actions of copies that wait for a reset are not read."""
         size = self._inputs
-        values = np.array(actions, dtype=np.float64)
-        require(
-            values.shape == (self.num_envs, size),
-            "actions",
-            f"have shape {values.shape}",
-            f"give one of {size} numbers per copy, shape ({self.num_envs}, {size})",
-        )
+        values = action_numbers(actions)
+        if values.shape != (self.num_envs, size):
+            problem = f"are {actions!r:.40}, of shape {np.shape(actions)}"
+            remedy = f"give one of {size} numbers per copy, shape ({self.num_envs}, {size})"
+            raise InputError("actions", problem, remedy)
         values[self._waiting] = 0.0
         require(bool(np.isfinite(values).all()), "actions", "are not finite", "give finite numbers")
         for agent, player in self._players.items():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from gymnasium.wrappers import RescaleAction
@@ -10,7 +12,7 @@ from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from baselines import GameVecEnv
-from ppg_env import Game, Polytope, SingleAgentEnv, make_game, parallel_env
+from ppg_env import Game, InputError, Polytope, SingleAgentEnv, make_game, parallel_env
 from ppg_env.env.players import GoToGoal
 from ppg_env.env.rules import Rules
 
@@ -183,3 +185,22 @@ def test_an_action_means_the_same_input_at_all_times_and_is_cut_off_at_the_set_t
         before = env.simulator.state[0, 0, 1]
         env.step(np.tile([0.0, share], (2, 1)))
         assert env.simulator.state[0, 0, 1] - before == pytest.approx(moved)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        *(
+            ({"learners": bad}, r"^learners: are .* of 2 agents; give different numbers")
+            for bad in ([0, 2], [0, 0], [-1], [], 0, "01", ["agent_0"], [0.0], [True])
+        ),
+        ({"learners": [0], "players": {0: "x"}}, r"^players: names agent 0;"),
+        ({"learners": [0], "players": {1: "x"}}, r"^players\[1\]: is 'x'; give an object with"),
+        ({"reward_scale": 0.0}, r"^reward_scale: is 0\.0; give a positive number"),
+        *(({"weights": bad}, r"^weights: are ") for bad in ((0.9, 0.1), (0.2, 1.0), (0.5,))),
+    ],
+)
+def test_arguments_that_do_not_fit_are_refused(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        GameVecEnv(make_game("head_on"), copies=2, **arguments)
+    assert GameVecEnv(make_game("head_on"), copies=2, learners=np.array([1])).learners == [1]

@@ -47,6 +47,28 @@ def test_a_refused_step_leaves_no_trace() -> None:
     np.testing.assert_array_equal(refused.state(), plain.state())
 
 
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.array([1j, 2.0]),
+        [1j, 2.0],
+        np.array(["1", "2"]),
+        np.array(["2020-01-01", "2020-01-02"], dtype="M8[D]"),
+        np.array([1, 2], dtype="m8[s]"),
+        np.array([None, 1], dtype=object),
+    ],
+    ids=repr,
+)
+def test_arrays_of_other_things_than_numbers_are_refused(bad: Any) -> None:
+    """NumPy would convert them, and drop imaginary parts with a warning."""
+    env = made("head_on")
+    env.reset(seed=1)
+    with pytest.raises(InputError, match=r"^actions\['agent_0'\]: .* not 2 finite numbers"):
+        env.step({"agent_0": bad, "agent_1": [0.0, 0.0]})
+    for fine in ([1, 2], (1.0, 2), np.array([1, 2], dtype=object), np.array([1, 2], np.uint8)):
+        env.step({"agent_0": fine, "agent_1": [0.0, 0.0]})
+
+
 def batch(copies: int = 3, **options: Any) -> Simulator:
     simulator = Simulator(make_game("head_on", **options), copies=copies, seed=0)
     simulator.reset()

@@ -8,6 +8,8 @@ If a trajectory here changes, results of users change: raise ``VERSION`` in
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -106,6 +108,12 @@ def test_registering_again_changes_nothing_and_warns_of_nothing() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         register_environments()
+
+
+def test_a_gymnasium_id_may_import_the_package() -> None:
+    code = "import gymnasium; print(gymnasium.make('ppg_env:ppg/HeadOn-v0').unwrapped)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "SingleAgentEnv" in done.stdout
 
 
 if __name__ == "__main__":

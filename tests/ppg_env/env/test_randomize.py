@@ -243,6 +243,7 @@ def test_wrong_rules_are_refused(make: Any, sentence: str) -> None:
         (Randomize(start=Choice([1.0, 2.0])), r"start: is of shape \(1,\)"),
         (Randomize(goal={7: Near(1.0)}), "names agent 7 of 2"),
         (Randomize(goal={"bob": Near(1.0)}), "names agent 'bob'"),
+        (Randomize(goal={"agent_0": Near(1.0), 0: Near(2.0)}), "goal: names agent 0 twice"),
         (Randomize(agents=Choice([2, 3])), "may be 3, and the game has 2"),
         ("lam", "randomize: is 'lam'"),
     ],

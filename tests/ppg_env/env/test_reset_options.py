@@ -119,6 +119,7 @@ def test_observations_keep_the_frame_of_the_game() -> None:
         ({"goal": {1: [np.nan, 0.0]}}, r"agent\[1\].goal: has an entry that is not a finite"),
         ({"goal": "left"}, "goal: is not made of numbers"),
         ({"start": {"bob": [1.0, 1.0]}}, "start: names agent 'bob' of 2"),
+        ({"lam": {"agent_1": 0.1, 1: 0.2}}, "lam: names agent 1 twice"),
         ({"start": {0: [1e20, 0.0]}}, "too large"),
         ({"lam": 1.0}, r"agent\[0\].lam: is 1"),
         ({"lam": [0.1, 0.2, 0.3]}, "lam: has 3 entries for 2 agents"),

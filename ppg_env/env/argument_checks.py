@@ -1,0 +1,64 @@
+"""Checks of the arguments with which simulators and views are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ppg_env.env.rules import Rules
+from ppg_env.errors import require
+from ppg_env.game.game import Game
+from ppg_env.support.validation import is_whole
+
+
+def check_simulation(game: Any, rules: Any, copies: Any) -> None:
+    """Raise :class:`InputError` unless ``copies`` of ``game`` can be simulated under ``rules``."""
+    require(isinstance(game, Game), "game", f"is {game!r:.60}", "give a Game, as make_game makes")
+    fits = rules is None or isinstance(rules, Rules)
+    require(fits, "rules", f"are {rules!r:.60}", 'give Rules, such as Rules(reward="margin")')
+    whole = is_whole(copies) and copies >= 1
+    require(whole, "copies", f"is {copies!r:.60}", "ask for a whole number, at least one")
+
+
+def check_learner(learner: Any, players: Mapping[int, Any] | None, agents: int) -> None:
+    """Raise :class:`InputError` unless ``learner`` is one of so many ``agents``.
+
+    The others that ``players`` names need a method ``act``.
+    """
+    among = is_whole(learner) and 0 <= learner < agents
+    require(among, "learner", f"is {learner!r:.60} of {agents}", "count from 0")
+    _check_players(players, (learner,), agents)
+
+
+def check_learners(learners: Any, players: Mapping[int, Any] | None, agents: int) -> list[int]:
+    """Return the numbers of the ``learners``, all of so many ``agents`` where they are None.
+
+    Raises
+    ------
+    InputError
+        If one is no agent or comes twice, or one of the others' ``players`` does not fit.
+    """
+    given = list(range(agents)) if learners is None else learners
+    listed = isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str)
+    fit = listed and all(is_whole(i) and 0 <= i < agents for i in given)
+    require(
+        fit and len(given) == len({*given}) > 0,
+        "learners",
+        f"are {learners!r:.60} of {agents} agents",
+        "give different numbers of agents, counted from 0",
+    )
+    _check_players(players, given, agents)
+    return [int(i) for i in given]
+
+
+def _check_players(
+    players: Mapping[int, Any] | None, learners: Sequence[int] | np.ndarray, agents: int
+) -> None:
+    for agent, player in (players or {}).items():
+        other = is_whole(agent) and 0 <= agent < agents and agent not in learners
+        require(other, "players", f"names agent {agent!r:.60}", "name the other agents only")
+        plays = callable(getattr(player, "act", None))
+        remedy = "give an object with a method act(view), such as GoToGoal(game, 1)"
+        require(plays, f"players[{agent}]", f"is {player!r:.60}", remedy)

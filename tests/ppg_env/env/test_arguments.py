@@ -1,0 +1,48 @@
+"""What simulators and views are made of: anything else is refused in one sentence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ppg_env import GameVectorEnv, InputError, Simulator, SingleAgentEnv, make_game
+from ppg_env.env import GoToGoal
+
+GAME = make_game("head_on")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"game": "head_on"}, r"^game: is 'head_on'; give a Game, as make_game makes"),
+        ({"rules": {"reward": "margin"}}, r"^rules: are \{'reward': 'margin'\}; give Rules"),
+        *(({"copies": c}, r"^copies: is .*; ask for a whole number") for c in (0, 2.5, "x", True)),
+    ],
+)
+def test_a_simulator_needs_a_game_rules_and_copies(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Simulator(**{"game": GAME} | arguments)
+
+
+@pytest.mark.parametrize("view", [SingleAgentEnv, GameVectorEnv])
+def test_a_learner_is_a_number_and_others_play(view: Any) -> None:
+    for learner in ("agent_1", 1.0, 2, -1, True, None):
+        with pytest.raises(InputError, match=r"^learner: is .* of 2; count from 0"):
+            view("head_on", learner=learner)
+    for agent in (0, 2, "agent_1"):
+        with pytest.raises(InputError, match=r"^players: names agent .*; name the other agents"):
+            view("head_on", players={agent: GoToGoal(GAME, 1)})
+    with pytest.raises(InputError, match=r"^players\[1\]: is 'stay'; give an object with a method"):
+        view("head_on", players={1: "stay"})
+    view("head_on", learner=np.int64(1), players={0: GoToGoal(GAME, 0)}).reset(seed=0)
+
+
+@pytest.mark.parametrize("bad", ["up", None, np.ones((2, 2), complex), [["1", "2"], ["3", "4"]]])
+def test_the_vector_view_refuses_actions_that_are_no_numbers(bad: Any) -> None:
+    envs = GameVectorEnv("head_on", 2)
+    envs.reset(seed=0)
+    with pytest.raises(InputError, match=r"^actions: are .* of shape .*; give one of 2 numbers"):
+        envs.step(bad)
+    envs.step([[1, 2], [3, 4]])
