@@ -23,6 +23,7 @@ import torch
 
 from baselines.export import actor_layers, mean_action
 from baselines.imitation import Demonstration, Disturbance
+from baselines.training_loop import Activity, silent
 from ppg_env.env.players import Player
 from solvers.feedback.grid.action_costs import ActionCosts
 from solvers.feedback.grid.player import FeedbackPlayer
@@ -42,9 +43,15 @@ OUTSIDE, EDGE = 0.01, 1.2
 LARGEST = 1.0
 """Largest norm of a gradient.  Bounding the slopes of single states makes crashes more likely."""
 
+REPORTED = 50
+"""Updates between two reports of what the training does."""
+
 
 def descend(
-    model: Any, demonstrations: Sequence[Demonstration], random: np.random.Generator
+    model: Any,
+    demonstrations: Sequence[Demonstration],
+    random: np.random.Generator,
+    activity: Activity = silent,
 ) -> None:
     """Lower the expected costs of the mean policy of ``model``.
 
@@ -57,6 +64,8 @@ def descend(
     optimiser = torch.optim.Adam(parameters, lr=RATE)
     plays = [_Play(demonstration, random) for demonstration in demonstrations]
     for k in range(UPDATES):
+        if k % REPORTED == 0:
+            activity(f"descending on expected costs, update {k} of {UPDATES}")
         optimiser.param_groups[0]["lr"] = RATE * (1 - k / UPDATES)
         loss = torch.stack([play.step(model) for play in plays]).mean()
         optimiser.zero_grad()

@@ -23,7 +23,7 @@ import numpy as np
 import torch
 
 from baselines.export import actor_layers, mean_action
-from baselines.training_loop import Args
+from baselines.training_loop import Activity, Args, silent
 from baselines.vec_env import GameVecEnv
 from ppg_env.env.players import Player
 from ppg_env.env.rules import Rules
@@ -72,7 +72,10 @@ class Disturbance:
 
 
 def imitate_feedback(
-    model: Any, demonstrations: Sequence[Demonstration], random: np.random.Generator
+    model: Any,
+    demonstrations: Sequence[Demonstration],
+    random: np.random.Generator,
+    activity: Activity = silent,
 ) -> None:
     """Fit the mean policy of ``model`` to the feedback players of ``demonstrations``."""
     optimiser = torch.optim.Adam(
@@ -80,6 +83,7 @@ def imitate_feedback(
     )
     examples = []
     for k in range(ROUNDS):
+        activity(f"imitating feedback players, round {k + 1} of {ROUNDS}")
         for demonstration in demonstrations:
             examples.append(_play(demonstration, model if k > 0 else None, random))
         inputs, targets = (
@@ -89,7 +93,9 @@ def imitate_feedback(
         _fit(model, optimiser, inputs, targets, LAST_UPDATES if last else UPDATES, last, random)
 
 
-def make_demonstrations(args: Args, learners: Sequence[int]) -> list[Demonstration]:
+def make_demonstrations(
+    args: Args, learners: Sequence[int], activity: Activity = silent
+) -> list[Demonstration]:
     """Return feedback players for each value of lam, in copies of the game with that value.
 
     Raises
@@ -103,6 +109,8 @@ def make_demonstrations(args: Args, learners: Sequence[int]) -> list[Demonstrati
     demonstrations = []
     for k, lam in enumerate(lams):
         game = args.game if lam is None else override_game(args.game, lam=lam)
+        own = "" if lam is None else f" for lam {lam:.2g}"
+        activity(f"dynamic programming{own}, grid {k + 1} of {len(lams)}")
         players = feedback_players(game, args.sharing, args.tolerance)
         env = GameVecEnv(
             game,

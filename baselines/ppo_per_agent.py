@@ -11,24 +11,28 @@ from __future__ import annotations
 
 from baselines.policy import Team
 from baselines.ppo import COPIES, make_learner, player_of, policy_of
-from baselines.training_loop import Args, Progress, Turn, take_turns
+from baselines.training_loop import Activity, Args, Progress, Turn, silent, take_turns
 from baselines.warm_start import warm_start
 
 ROUNDS = 4
 """Rounds of iterated best response; the steps are divided among them."""
 
 
-def independent(args: Args, progress: Progress = lambda _steps: None) -> Team:
+def independent(
+    args: Args, progress: Progress = lambda _steps: None, activity: Activity = silent
+) -> Team:
     """Train a policy for each agent by independent PPO, all together."""
-    return _train(args, None, progress)
+    return _train(args, None, progress, activity)
 
 
-def best_response(args: Args, progress: Progress = lambda _steps: None) -> Team:
+def best_response(
+    args: Args, progress: Progress = lambda _steps: None, activity: Activity = silent
+) -> Team:
     """Train a policy for each agent by iterated best response in policy space."""
-    return _train(args, ROUNDS, progress)
+    return _train(args, ROUNDS, progress, activity)
 
 
-def _train(args: Args, rounds: int | None, progress: Progress) -> Team:
+def _train(args: Args, rounds: int | None, progress: Progress, activity: Activity) -> Team:
     agents = range(len(args.game.agents))
     learners = [make_learner(args, [i], copies=2 * COPIES) for i in agents]
     each = -(-args.steps // (learners[0].rollout * len(learners)))  # rollouts
@@ -37,7 +41,7 @@ def _train(args: Args, rounds: int | None, progress: Progress) -> Team:
 
     def prepare() -> None:
         for learner in learners:
-            warm_start(args, learner)
+            warm_start(args, learner, activity)
 
     def update_opponents(turn: Turn) -> None:
         for j in agents:

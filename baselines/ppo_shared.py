@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from baselines.policy import Team
 from baselines.ppo import make_learner, policy_of
-from baselines.training_loop import Args, Progress, in_pieces, take_turns
+from baselines.training_loop import Activity, Args, Progress, in_pieces, silent, take_turns
 from baselines.warm_start import warm_start
 
 
-def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
+def train(
+    args: Args, progress: Progress = lambda _steps: None, activity: Activity = silent
+) -> Team:
     """Train one policy for all agents."""
     learner = make_learner(args)
     rollouts = -(-args.steps // learner.rollout)
@@ -20,7 +22,7 @@ def train(args: Args, progress: Progress = lambda _steps: None) -> Team:
         args,
         [learner],
         in_pieces(0, rollouts, args.checkpoint_every),
-        prepare=lambda: warm_start(args, learner),
+        prepare=lambda: warm_start(args, learner, activity),
         progress=progress,
     )
     return (policy_of(args, learner),)

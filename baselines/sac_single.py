@@ -9,7 +9,16 @@ from stable_baselines3 import SAC
 
 from baselines.export import export_policy
 from baselines.policy import Policy, Team
-from baselines.training_loop import Args, Learner, Progress, in_pieces, one_thread, take_turns
+from baselines.training_loop import (
+    Activity,
+    Args,
+    Learner,
+    Progress,
+    in_pieces,
+    one_thread,
+    silent,
+    take_turns,
+)
 from baselines.vec_env import GameVecEnv
 from ppg_env.errors import require
 
@@ -25,7 +34,13 @@ ROLLOUT = 100
 
 
 @one_thread()
-def train(args: Args, progress: Progress = lambda _steps: None, *, learner: int = 0) -> Team:
+def train(
+    args: Args,
+    progress: Progress = lambda _steps: None,
+    _activity: Activity = silent,
+    *,
+    learner: int = 0,
+) -> Team:
     """Train the policy of one agent, the ``learner``; all others follow their straight plans."""
     count = len(args.game.agents)
     require(0 <= learner < count, "learner", f"is {learner} of {count}", "count agents from 0")

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -18,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 from baselines.figures import figures
 from baselines.policy import Team
 from baselines.policy_file import Learned
+from baselines.workers import reporting_map
 from ppg_env.env.arrays import make_tables
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.rule_checks import check_rule
@@ -26,11 +23,11 @@ from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError, require
 from ppg_env.formats.game_file import game_to_tables
 from ppg_env.game.game import Game
-from ppg_env.support.processes import alone_on, exit_with_parent
+from ppg_env.support.processes import alone_on
 from solvers.feedback.grid.extent import dynamic_programming_applies
 
 if TYPE_CHECKING:
-    from baselines.training_loop import Args, Progress
+    from baselines.training_loop import Activity, Args, Progress
 
 
 @dataclass(frozen=True)
@@ -76,6 +73,7 @@ def train_players(
     jobs: int = 1,
     folder: Path | None = None,
     progress: Progress = lambda _steps: None,
+    activity: Activity = lambda _text: None,
     **options: Unpack[TrainingOptions],
 ) -> Learned:
     """Train one run per seed, and evaluate the runs.
@@ -95,6 +93,10 @@ def train_players(
     folder
         Folder of checkpoints, ``seed-<s>.pt``; a training that was killed continues from them.
         Another training in the same folder is refused.
+    progress
+        Called with the environment steps taken since the last call.
+    activity
+        Called with what a training does before its first step, which may take minutes.
     """
     require(method in METHODS, "method", f"is {method!r}", "write " + ", ".join(METHODS))
     require(len(seeds) > 0, "seeds", "are none", "train with at least one")
@@ -117,8 +119,8 @@ def train_players(
             _make_folder(needed)
     other = "wait for the other training, or name another place for this one"
     lock = nullcontext() if folder is None else alone_on(folder / "lock", other)
-    with lock, _progress_of(jobs, progress) as (run, on_progress):
-        runs = tuple(run(partial(_train, method, on_progress), each))
+    with lock, reporting_map(jobs, progress, activity) as run:
+        runs = tuple(run(partial(_train, method), each))
     learned = Learned(runs, _about(method, args, seeds))
     learned.about["figures"] = figures(game, learned, rules=args.rules, randomize=rule)
     return learned
@@ -208,49 +210,10 @@ def require_extra() -> None:
         )
 
 
-def _train(method: str, on_progress: Progress | None, args: Args) -> Team:
+def _train(method: str, args: Args, progress: Progress, activity: Activity) -> Team:
     train = getattr(import_module(METHODS[method].module), METHODS[method].function)
-    team: Team = train(args, on_progress or _report_to_parent)
+    team: Team = train(args, progress, activity)
     return team
-
-
-_to_parent: Any = None
-
-
-def _start_worker(queue: Any, parent: int) -> None:
-    global _to_parent
-    _to_parent = queue
-    exit_with_parent(parent)
-
-
-def _report_to_parent(steps: int) -> None:
-    _to_parent.put(steps)
-
-
-Run = Callable[[Callable[["Args"], Team], Sequence["Args"]], Iterator[Team]]
-
-
-@contextmanager
-def _progress_of(jobs: int, progress: Progress) -> Iterator[tuple[Run, Progress | None]]:
-    """Yield a ``map`` over trainings, in this process or in ``jobs`` that report progress."""
-    if jobs == 1:
-        yield map, progress
-        return
-    context = multiprocessing.get_context("spawn")  # torch does not survive a fork
-    queue = context.Queue()
-
-    def listen() -> None:
-        for steps in iter(queue.get, None):
-            progress(steps)
-
-    listener = threading.Thread(target=listen)
-    listener.start()
-    try:
-        with ProcessPoolExecutor(jobs, context, _start_worker, (queue, os.getpid())) as pool:
-            yield pool.map, None
-    finally:
-        queue.put(None)
-        listener.join()
 
 
 def _version(package: str) -> str | None:

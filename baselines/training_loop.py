@@ -108,6 +108,13 @@ class Turn:
 Progress = Callable[[int], None]
 """Called with the environment steps taken since the last call."""
 
+Activity = Callable[[str], None]
+"""Called with what a training does before its first step, and with an empty text at that step."""
+
+
+def silent(_text: str) -> None:
+    """Ignore what a training does."""
+
 
 def take_turns(
     args: Args,

@@ -21,7 +21,7 @@ import torch
 from baselines.cost_descent import descend
 from baselines.export import actor_layers, mean_action
 from baselines.imitation import imitate_feedback, make_demonstrations
-from baselines.training_loop import Args, Learner
+from baselines.training_loop import Activity, Args, Learner, silent
 from baselines.vec_env import GameVecEnv
 from ppg_env.env.players import GoToGoal
 
@@ -37,16 +37,19 @@ CRITIC_ROLLOUTS, CRITIC_RATE = 20, 1e-3
 """Rollouts, and learning rate, that fit the value network to the policy that was imitated."""
 
 
-def warm_start(args: Args, learner: Learner) -> None:
+def warm_start(args: Args, learner: Learner, activity: Activity = silent) -> None:
     """Let the network of ``learner`` imitate feedback players or straight ways."""
     if args.imitate_feedback:
         random = np.random.default_rng(args.seed)
-        demonstrations = make_demonstrations(args, learner.env.learners)
-        imitate_feedback(learner.model, demonstrations, random)
-        descend(learner.model, demonstrations, random)
+        demonstrations = make_demonstrations(args, learner.env.learners, activity)
+        imitate_feedback(learner.model, demonstrations, random, activity)
+        descend(learner.model, demonstrations, random, activity)
+        activity("fitting the value network")
         _fit_critic(learner)
     else:
+        activity("imitating straight ways")
         imitate_go_to_goal(learner.model, learner.env, args.seed)
+    activity("")
 
 
 def _fit_critic(learner: Learner) -> None:

@@ -145,8 +145,10 @@ def working(text: str) -> Iterator[_Log | _Spinner]:
 
 
 @contextmanager
-def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
+def bar(text: str, total: int) -> Iterator[Callable[[int | str], None]]:
     """Show a progress bar on stderr with the time left; yields a function that advances it.
+
+    Called with a text instead of a number, the function shows the text after the bar's own.
 
     It appears at the first advance, so that an error before it leaves only its sentence.
     """
@@ -163,16 +165,20 @@ def bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     shown = Progress(*columns, TimeRemainingColumn(), console=console)
     task, done, begun = shown.add_task(printable(text), total=total), 0, perf_counter()
+    label = text
 
-    def advance(count: int) -> None:
-        nonlocal done
-        done = min(done + count, total)  # whole rollouts may overshoot
+    def advance(step: int | str) -> None:
+        nonlocal done, label
+        if isinstance(step, str):
+            label = f"{text}, {step}" if step else text
+        else:
+            done = min(done + step, total)  # whole rollouts may overshoot
         if not console.is_terminal:
             seconds = perf_counter() - begun
-            log.update(f"{text}: {done}/{total} in {seconds:.0f} s", last=done == total)
+            log.update(f"{label}: {done}/{total} in {seconds:.0f} s", last=done == total)
             return
         shown.start()
-        shown.update(task, completed=done)
+        shown.update(task, completed=done, description=printable(label))
 
     try:
         yield advance

@@ -190,6 +190,7 @@ def _train(
             folder=folder,
             tensorboard=Path(training.tensorboard) if training.tensorboard else None,
             progress=advance,
+            activity=advance,
         )
 
 

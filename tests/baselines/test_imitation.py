@@ -118,6 +118,27 @@ def test_one_network_imitates_the_players_of_several_lam(
 
 
 @pytest.mark.usefixtures("short_trainings")
+def test_a_warm_start_reports_its_grids_rounds_and_updates(
+    overtaking: Game, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(imitation, "LAMS", 2)
+    monkeypatch.setattr(cost_descent, "REPORTED", 5)
+    args = Args(overtaking, "social", (0.2, 0.8), imitate_feedback=True)
+    texts: list[str] = []
+    warm_start.warm_start(args, make_learner(args, copies=8), texts.append)
+    assert texts == [
+        "dynamic programming for lam 0.2, grid 1 of 2",
+        "dynamic programming for lam 0.8, grid 2 of 2",
+        "imitating feedback players, round 1 of 2",
+        "imitating feedback players, round 2 of 2",
+        "descending on expected costs, update 0 of 10",
+        "descending on expected costs, update 5 of 10",
+        "fitting the value network",
+        "",
+    ]
+
+
+@pytest.mark.usefixtures("short_trainings")
 def test_the_value_network_is_fitted_alone(overtaking: Game) -> None:
     args = Args(overtaking, "social", None, imitate_feedback=True)
     learner = make_learner(args)

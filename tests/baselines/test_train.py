@@ -13,7 +13,13 @@ from ppg_env.env.players import straight_players
 
 @pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes(game: Game) -> None:
-    one, two = (train_players(game, seeds=[0, 1], steps=8192, jobs=jobs) for jobs in (1, 2))
+    reports: dict[int, list[str]] = {1: [], 2: []}
+    one, two = (
+        train_players(game, seeds=[0, 1], steps=8192, jobs=jobs, activity=texts.append)
+        for jobs, texts in reports.items()
+    )
+    assert sorted(reports[1]) == sorted(reports[2])
+    assert "seed 1: imitating straight ways" in reports[2]
     assert two.runs == one.runs
     assert two.about == one.about
     assert two.runs[0] != two.runs[1]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks import terminal
 from benchmarks.commands.explain import TOPICS
 from benchmarks.crash_risk.query import Chance
 from benchmarks.terminal import interval, outward, probability
@@ -79,3 +80,19 @@ def test_a_topic_that_does_not_exist_is_refused(ppg):
 
 def test_the_version_is_printed(ppg):
     assert re.fullmatch(r"ppg \d+\.\d+\.\d+\n", ppg("--version").out)
+
+
+def test_a_bar_shows_what_is_done_between_steps(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(terminal, "LOG_SECONDS", 0.0)
+    with terminal.bar("training", 10) as advance:
+        advance("grid 1 of 2")
+        advance("")
+        advance(10)
+    lines = [line.rpartition(" in ")[0] for line in capsys.readouterr().err.splitlines()]
+    assert lines == [
+        "ppg: training, grid 1 of 2: 0/10",
+        "ppg: training: 0/10",
+        "ppg: training: 10/10",
+    ]
