@@ -132,16 +132,20 @@ class WayGrid:
     def _steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return sources, targets and durations (S,), at most one step, of all steps."""
         points, parts = self.points, []
+        along = np.abs(self._directions).max(axis=1) == 1
+        axes, reach = self._directions[along], self._lengths[along] * (1 + 2 * tol.LENGTH)
         for first in range(0, len(points), CHUNK):
-            moves = points[None] - points[first : first + CHUNK, None]
-            ratio = (moves @ self._directions.T) / self._lengths
-            times = ratio.max(axis=2)
-            sources, targets = np.nonzero(times <= 1 + tol.LENGTH)
-            open_ = np.ones(len(sources), dtype=bool)
+            near = np.ones((len(points[first : first + CHUNK]), len(points)), dtype=bool)
+            for axis, length in zip(axes, reach, strict=True):  # few points are that near
+                places = points @ axis
+                near &= places[None] - places[first : first + CHUNK, None] <= length
+            sources, targets = np.nonzero(near)
+            moves = points[targets] - points[first + sources]
+            times = ((moves @ self._directions.T) / self._lengths).max(axis=1)
+            open_ = times <= 1 + tol.LENGTH
             for mask in self._masks if self._swept else []:
                 open_ &= (mask[sources + first] & mask[targets]).any(axis=1)
-            sources, targets = sources[open_], targets[open_]
-            parts.append((sources + first, targets, times[sources, targets]))
+            parts.append((sources[open_] + first, targets[open_], times[open_]))
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # type: ignore[return-value]
 
     def _past_moving(
