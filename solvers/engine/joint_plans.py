@@ -28,7 +28,7 @@ from solvers.pricing import PricedProfile, price
 ATTEMPTS = 120
 """Attempts to find ways, at most."""
 
-ENOUGH = 3
+ENOUGH = 4
 """Ways that are found and improved.  The best plans along them are returned."""
 
 AGILITIES = (4, 2, 8)
