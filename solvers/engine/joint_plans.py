@@ -1,14 +1,15 @@
 r"""First plans of several agents at once: ways over points of space, then a linear program.
 
 Branch and bound can be long without any plan where agents have to make room for each other.  Ways
-(:mod:`solvers.engine.joint_ways`) show who passes where and when; with the faces along them, a
-linear program finds the controls.  Agents with inertia may need more time than their ways take.
+(:mod:`solvers.engine.joint_ways`), improved one by one (:mod:`solvers.engine.way_improvement`),
+show who passes where and when; with the faces along them, a linear program finds the controls.
+Agents with inertia may need more time than their ways take.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
+from itertools import chain
 
 import numpy as np
 
@@ -21,13 +22,14 @@ from solvers.engine.joint_ways import JointWays
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
 from solvers.engine.way_grid import WayGrid, lengths_from_rest
+from solvers.engine.way_improvement import WayImprovement
 from solvers.pricing import PricedProfile, price
 
 ATTEMPTS = 120
 """Attempts to find ways, at most."""
 
 ENOUGH = 4
-"""Ways that are made plans, of which the best is returned."""
+"""Ways that are found and improved.  The best plans along them are returned."""
 
 AGILITIES = (4, 2, 8)
 """Steps after which speeds from rest are allowed, in turn, for agents with inertia."""
@@ -55,7 +57,7 @@ def find_joint_plans(subproblem: Subproblem, budget: Budget) -> PricedProfile | 
     )
     best: PricedProfile | None = None
     for agility in AGILITIES if inert else AGILITIES[:1]:
-        for ways in islice(_ways(subproblem, agility, budget), ENOUGH):
+        for ways in _ways(subproblem, agility, inert, budget):
             for pace in PACES if inert else PACES[:1]:
                 plans = _plans_along(subproblem, [_at_pace(way, pace) for way in ways], budget)
                 if plans is not None:
@@ -73,8 +75,10 @@ def _moves_by_controls(effect: np.ndarray, dim: int) -> bool:
     return len(effect) == dim
 
 
-def _ways(subproblem: Subproblem, agility: int, budget: Budget) -> Iterator[list[np.ndarray]]:
-    """Yield ways of all movers, from one attempt after the other."""
+def _ways(
+    subproblem: Subproblem, agility: int, inert: bool, budget: Budget
+) -> Iterator[list[np.ndarray]]:
+    """Yield ways of all movers, improved ones first; ``inert`` movers may not follow those."""
     game = subproblem.game
     region, grids = _region(subproblem), []
     for i in subproblem.movers:
@@ -98,12 +102,21 @@ def _ways(subproblem: Subproblem, agility: int, budget: Budget) -> Iterator[list
         if budget.out or not np.isfinite(grids[-1].left[0, 0]):
             return
     search = JointWays(game, subproblem.movers, grids)
+    costs = subproblem.objective.time[list(subproblem.movers)].tolist()
+    improvement = WayImprovement(game, subproblem.movers, grids, costs, budget)
+    made, found = set[bytes](), 0
     for attempt in range(ATTEMPTS):
-        if budget.out:
+        if budget.out or found >= ENOUGH:
             return
         ways = search.find(attempt)
-        if ways is not None:
-            yield ways
+        if ways is None:
+            continue
+        found += 1
+        for better in chain(improvement.variants(ways), [ways] * inert):
+            name = b"|".join(way.tobytes() for way in better)
+            if name not in made:
+                made.add(name)
+                yield better
 
 
 def _region(subproblem: Subproblem) -> tuple[np.ndarray, np.ndarray]:

@@ -77,8 +77,11 @@ class WayGrid:
         self._graph = csr_array((np.maximum(times, 1e-6), (targets, sources)), shape=shape)
         nearest = self.times_to(1)
         self.left = np.tile(nearest, (horizon + 1, 1))
+        outward = sources != 1
+        self._steps_out = sources[outward], targets[outward]
+        self._roomy, self._costs = list[np.ndarray](), np.ones(int(outward.sum()))
         if self.moving:
-            self.left = self._past_moving(nearest, sources, targets)
+            self.left = self._past(self.moving, nearest)
         self.after = self._sorted(nearest, sources, targets)
 
     def times_to(self, point: int) -> np.ndarray:
@@ -132,35 +135,60 @@ class WayGrid:
     def _steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return sources, targets and durations (S,), at most one step, of all steps."""
         points, parts = self.points, []
+        along = np.abs(self._directions).max(axis=1) == 1
+        axes, reach = self._directions[along], self._lengths[along] * (1 + 2 * tol.LENGTH)
         for first in range(0, len(points), CHUNK):
-            moves = points[None] - points[first : first + CHUNK, None]
-            ratio = (moves @ self._directions.T) / self._lengths
-            times = ratio.max(axis=2)
-            sources, targets = np.nonzero(times <= 1 + tol.LENGTH)
-            open_ = np.ones(len(sources), dtype=bool)
+            near = np.ones((len(points[first : first + CHUNK]), len(points)), dtype=bool)
+            for axis, length in zip(axes, reach, strict=True):  # few points are that near
+                places = points @ axis
+                near &= places[None] - places[first : first + CHUNK, None] <= length
+            sources, targets = np.nonzero(near)
+            moves = points[targets] - points[first + sources]
+            times = ((moves @ self._directions.T) / self._lengths).max(axis=1)
+            open_ = times <= 1 + tol.LENGTH
             for mask in self._masks if self._swept else []:
                 open_ &= (mask[sources + first] & mask[targets]).any(axis=1)
-            sources, targets = sources[open_], targets[open_]
-            parts.append((sources + first, targets, times[sources, targets]))
+            parts.append((sources[open_] + first, targets[open_], times[open_]))
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # type: ignore[return-value]
 
-    def _past_moving(
-        self, nearest: np.ndarray, sources: np.ndarray, targets: np.ndarray
-    ) -> np.ndarray:
+    def ask_for_room(self, walls: list[tuple[Barrier, float]]) -> None:
+        """Let ways pass bodies at rest at a distance, or else count one more step for each step."""
+        self._roomy = [_clear(wall, self.points, room) for wall, room in walls]
+        self._costs = 1.0 + self._narrow(*self._steps_out)
+
+    def _narrow(self, sources: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Return the number (S,) of bodies at rest to which steps keep less distance than asked."""
+        result = np.zeros(len(sources))
+        for mask in self._roomy:
+            result += ~(mask[sources] & mask[targets]).any(axis=1)
+        return result
+
+    def way_past(self, bodies: list[MovingBody]) -> np.ndarray | None:
+        """Return the shortest way (T+1, d) in time past obstacles and further bodies, if any."""
+        moving = [*self.moving, *bodies]
+        left = self._past(moving, self.times_to(1))
+        if left[0, 0] == inf:
+            return None
+        way = [0]
+        while way[-1] != 1:
+            t, targets = len(way) - 1, self.after[way[-1]]
+            after = left[t + 1, targets] + self._narrow(np.full(len(targets), way[-1]), targets)
+            for body in moving:
+                after[~body.passed(t, np.full(len(targets), way[-1]), targets, targets == 1)] = inf
+            way.append(int(targets[after.argmin()]))
+        return np.asarray(self.points[way])
+
+    def _past(self, moving: list[MovingBody], nearest: np.ndarray) -> np.ndarray:
         """Return :attr:`left` among bodies that move; ``nearest`` (K,) ignores them."""
-        horizon = len(self.left) - 1
-        for body in self.moving:
+        horizon, (sources, targets) = len(self.left) - 1, self._steps_out
+        for body in moving:
             body.look_at(self.points, horizon)
         result = np.full((horizon + 1, len(self.points)), inf)
         result[:, 1] = 0.0
-        outward = sources != 1
-        sources, targets = sources[outward], targets[outward]
-        order = np.argsort(sources, kind="stable")
-        sources, targets = sources[order], targets[order]
         points, firsts = np.unique(sources, return_index=True)
         for t in range(horizon - 1, -1, -1):
-            after = 1.0 + result[t + 1, targets]
-            for body in self.moving:
+            after = self._costs + result[t + 1, targets]
+            for body in moving:
                 after[~body.passed(t, sources, targets, targets == 1)] = inf
             result[t, points] = np.minimum.reduceat(after, firsts)
         # Steps are whole there; where as many are left, the nearer point is better.
@@ -178,17 +206,24 @@ class WayGrid:
 
 
 class MovingBody:
-    """A body that moves, and the faces of it that are clear at the points of an agent."""
+    """A body that moves, and the faces of it that are clear at the points of an agent, as bits.
 
-    def __init__(self, body: Barrier, swept: bool, stays: bool) -> None:
+    A face is clear at a distance of ``room`` (H+1,).
+    """
+
+    def __init__(
+        self, body: Barrier, swept: bool, stays: bool, room: np.ndarray | None = None
+    ) -> None:
         self._body, self._swept, self._stays = body, swept, stays
-        self._clear = np.zeros((0, 0, 0), dtype=bool)
+        self._room = np.zeros(len(body.path)) if room is None else room
+        self._clear = np.zeros((0, 0, 0), dtype=np.uint8)
 
     def look_at(self, points: np.ndarray, horizon: int) -> None:
         """Compute which faces are clear at ``points`` (K, d) at all times."""
         normals, offsets = self._body.collision.faces
         path = self._body.path[: horizon + 1] @ normals.T + offsets
-        self._clear = points @ normals.T - path[:, None] >= -tol.LENGTH
+        path = path + self._room[: horizon + 1, None]
+        self._clear = np.packbits(points @ normals.T - path[:, None] >= -tol.LENGTH, axis=2)
 
     def passed(
         self, t: int, sources: np.ndarray, targets: np.ndarray, arrives: np.ndarray
@@ -211,10 +246,10 @@ class MovingBody:
         return np.asarray(clear.any(axis=2).all(axis=0))
 
 
-def _clear(body: Barrier, points: np.ndarray) -> np.ndarray:
-    """Return (K, F) which faces of a body at rest are clear at ``points``."""
+def _clear(body: Barrier, points: np.ndarray, room: float = 0.0) -> np.ndarray:
+    """Return (K, F) which faces of a body at rest are clear at ``points``, by ``room``."""
     normals, offsets = body.collision.faces
-    return np.asarray((points - body.path[0]) @ normals.T - offsets >= -tol.LENGTH)
+    return np.asarray((points - body.path[0]) @ normals.T - offsets >= room - tol.LENGTH)
 
 
 def lengths_from_rest(agent: Agent, directions: np.ndarray, agility: int) -> np.ndarray:

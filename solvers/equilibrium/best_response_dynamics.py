@@ -14,7 +14,8 @@ Without a given start, several are tried until one lets all agents find a plan:
 4. the same once more with more effort for each response,
 5. plans of low potential.
 
-Each has its share of linear programs, so that results do not depend on the machine.
+Each has its share of linear programs, so that results do not depend on the machine.  Among walls
+and with a time limit, ways come first if there are more than two agents.
 
 Proofs are costly and early ones are soon out of date, so responses begin with few linear programs,
 and the number grows once no agent gains.  Proofs that stay valid
@@ -50,6 +51,10 @@ POTENTIAL_EFFORT = 50_000
 
 BEFORE_WAYS = 2
 """Starts that are tried before ways of all agents past each other are looked for."""
+
+MOST_BEFORE_WAYS = 2
+"""With more agents than this among walls, ways come first if there is a time limit: entries would
+be cut at a time that is never the same, and so would be the plans."""
 
 WAYS_SHARE = 0.25
 """Part of the time limit that the entry in these starts may take among walls."""
@@ -151,16 +156,18 @@ def run_dynamics(
         return run(Entry(start), None)
     attempts = Attempts(rule, budget)
     entries = list(default_entries(rule, seed))
+    many = deadline is not None and len(rule.game.agents) > MOST_BEFORE_WAYS
+    before_ways = 0 if many else BEFORE_WAYS
     for effort in (FIRST_EFFORT, ENTRY_EFFORT):
         for number, entry in enumerate(entries):
-            if effort == FIRST_EFFORT and number == BEFORE_WAYS:
+            if effort == FIRST_EFFORT and number == before_ways:
                 attempts.looked_for_ways, plans = True, _along_ways(rule, whole)
                 if plans is not None:
                     return run(Entry(plans), None)
             if effort > FIRST_EFFORT and attempts.excluded(entry):
                 continue
-            before_ways = effort == FIRST_EFFORT and number < BEFORE_WAYS
-            solution = run(entry, effort, deadline if before_ways else None)
+            early = effort == FIRST_EFFORT and number < before_ways
+            solution = run(entry, effort, deadline if early else None)
             if solution.profile is not None or not _may_be_mended(solution):
                 return solution
             attempts.add(entry, solution)

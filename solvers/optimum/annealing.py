@@ -102,8 +102,9 @@ class _Descent:
     def start(self) -> None:
         """Find a first profile by best responses.
 
-        Selfish responses come first, so that no result costs more than an equilibrium.  Where they
-        have not converged, they go on after the others.
+        Selfish responses come first: if they converge within their share of the limits, no result
+        costs more than their equilibrium.  Where they have not converged, they go on after the
+        others, and the result may cost more than an equilibrium.
         """
         rules = [self.rule]
         if self.rule.charge != "selfish":
