@@ -42,7 +42,8 @@ _write_observations = njit(cache=True)(write_observations)
 _write_obstacles = njit(cache=True)(write_obstacles)
 
 YES, NO, START = np.bool_(True), np.bool_(False), np.int64(0)
-"""Literals have types of their own, for which the functions called would be compiled again."""
+"""Literals have types of their own, for which a function that is called is compiled again: only
+``price_margins``, which is faster so."""
 
 BLOCK = 256
 """Copies that go through all phases of a step before the next ones do."""
@@ -57,6 +58,13 @@ def _observe(g, first, last, marks, marked, state, status, clock, out):
     if g.path.size:
         _write_obstacles(first, last, g.axes, marks, marked, state, clock, g.path,
                          g.obstacle_times, g.scale, out)  # fmt: skip
+
+
+@njit(inline="always")
+def _copy(values, out):
+    """Copy by a loop: an assignment has the compiler make the sentences of its errors, too."""
+    for k in range(values.size):
+        out[k] = values[k]
 
 
 @njit(cache=True)
@@ -79,20 +87,15 @@ def step(
     ``terminated`` and ``alive`` follow the life-cycle of the rules.  Agents at the time limit are
     ``truncated`` and no longer alive; ``over`` marks copies whose episode has ended.
     """
-    # Loops: an assignment between arrays has the compiler make the words of its errors, too.
-    for c in range(clock.size):
-        for i in range(status.shape[1]):
-            acting[c, i] = alive[c, i]
-        if g.swept:
-            for i in range(state.shape[1]):
-                for k in range(len(g.state_axes)):
-                    before[c, i, k] = state[c, i, k]
+    _copy(alive.reshape(-1), acting.reshape(-1))
+    if g.swept:
+        _copy(state.reshape(-1), before.reshape(-1))
     varied, apart = g.goal.shape[0] > status.shape[1], g.agent_codes[2].all()
     rows = np.empty((ROWS, min(BLOCK, clock.size) * status.shape[1] * len(g.state_axes)))
     for first in range(0, clock.size, BLOCK):
         last = min(first + BLOCK, clock.size)
         if g.margin_reward and not g.swept:
-            price_margins(first, last, g.axes, state, state, status, arrived, parked, clock, NO,
+            price_margins(first, last, g.axes, state, state, status, arrived, parked, clock, False,
                           g.stay, g.obstacle_times, lam, g.margin_cap, g.pair, g.normals,
                           g.offsets, g.units, safety_cost)  # fmt: skip
         if apart:
@@ -113,7 +116,7 @@ def step(
             move_obstacles(first, last, g.state_axes, state, status.shape[1], clock, noise, g.path,
                            g.obstacle_times, g.root, g.drifting)  # fmt: skip
         if g.margin_reward and g.swept:
-            price_margins(first, last, g.axes, before, state, status, arrived, parked, clock, YES,
+            price_margins(first, last, g.axes, before, state, status, arrived, parked, clock, True,
                           g.stay, g.obstacle_times, lam, g.margin_cap, g.pair, g.normals,
                           g.offsets, g.units, safety_cost)  # fmt: skip
         if g.sorting:
