@@ -8,9 +8,9 @@ comparable between libraries.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from task import Task
 
 from baselines import evaluate_runs, find_pretrained
 from ppg_env.env.players import Player, View
@@ -18,6 +18,9 @@ from ppg_env.env.rules import Rules
 from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 from ppg_env.game.input_sets import bounds
+
+if TYPE_CHECKING:  # loaded from elsewhere, this file has no neighbours
+    from task import Task
 
 EPISODES, ROUGH_EPISODES = 20_000, 2_000
 COLUMNS = ("player", "steps", "CPU s", "expected cost", "crash probability", "arrived %")
