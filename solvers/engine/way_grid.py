@@ -31,6 +31,9 @@ PER_STEP = (3.0, 2.0, 1.0, 0.5)
 DETAIL = 1e-3
 """Weight of the distance where it decides between points with as many steps left."""
 
+MOST_FACES = 64
+"""Faces of a body that moves; an agent is not known to pass it on the side of further ones."""
+
 CHUNK = 64
 """Points whose steps are computed at once, to save memory."""
 
@@ -75,13 +78,14 @@ class WayGrid:
 
         shape = (len(self.points),) * 2
         self._graph = csr_array((np.maximum(times, 1e-6), (targets, sources)), shape=shape)
-        nearest = self.times_to(1)
+        self._nearest = nearest = self.times_to(1)
         self.left = np.tile(nearest, (horizon + 1, 1))
         outward = sources != 1
         self._steps_out = sources[outward], targets[outward]
+        self._sources = np.unique(sources[outward], return_index=True)
         self._roomy, self._costs = list[np.ndarray](), np.ones(int(outward.sum()))
         if self.moving:
-            self.left = self._past(self.moving, nearest)
+            self.left = self._past(self.moving)
         self.after = self._sorted(nearest, sources, targets)
 
     def times_to(self, point: int) -> np.ndarray:
@@ -166,7 +170,7 @@ class WayGrid:
     def way_past(self, bodies: list[MovingBody]) -> np.ndarray | None:
         """Return the shortest way (T+1, d) in time past obstacles and further bodies, if any."""
         moving = [*self.moving, *bodies]
-        left = self._past(moving, self.times_to(1))
+        left = self._past(moving)
         if left[0, 0] == inf:
             return None
         way = [0]
@@ -178,21 +182,21 @@ class WayGrid:
             way.append(int(targets[after.argmin()]))
         return np.asarray(self.points[way])
 
-    def _past(self, moving: list[MovingBody], nearest: np.ndarray) -> np.ndarray:
-        """Return :attr:`left` among bodies that move; ``nearest`` (K,) ignores them."""
+    def _past(self, moving: list[MovingBody]) -> np.ndarray:
+        """Return :attr:`left` among bodies that move."""
         horizon, (sources, targets) = len(self.left) - 1, self._steps_out
         for body in moving:
             body.look_at(self.points, horizon)
         result = np.full((horizon + 1, len(self.points)), inf)
         result[:, 1] = 0.0
-        points, firsts = np.unique(sources, return_index=True)
+        (points, firsts), arrives = self._sources, targets == 1
         for t in range(horizon - 1, -1, -1):
             after = self._costs + result[t + 1, targets]
             for body in moving:
-                after[~body.passed(t, sources, targets, targets == 1)] = inf
+                after[~body.passed(t, sources, targets, arrives)] = inf
             result[t, points] = np.minimum.reduceat(after, firsts)
         # Steps are whole there; where as many are left, the nearer point is better.
-        return result + DETAIL * np.minimum(nearest, horizon)
+        return result + DETAIL * np.minimum(self._nearest, horizon)
 
     def _sorted(
         self, nearest: np.ndarray, sources: np.ndarray, targets: np.ndarray
@@ -216,14 +220,14 @@ class MovingBody:
     ) -> None:
         self._body, self._swept, self._stays = body, swept, stays
         self._room = np.zeros(len(body.path)) if room is None else room
-        self._clear = np.zeros((0, 0, 0), dtype=np.uint8)
+        self._clear = np.zeros((0, 0), dtype=np.uint64)
 
     def look_at(self, points: np.ndarray, horizon: int) -> None:
         """Compute which faces are clear at ``points`` (K, d) at all times."""
         normals, offsets = self._body.collision.faces
         path = self._body.path[: horizon + 1] @ normals.T + offsets
         path = path + self._room[: horizon + 1, None]
-        self._clear = np.packbits(points @ normals.T - path[:, None] >= -tol.LENGTH, axis=2)
+        self._clear = _as_bits(points @ normals.T - path[:, None] >= -tol.LENGTH)
 
     def passed(
         self, t: int, sources: np.ndarray, targets: np.ndarray, arrives: np.ndarray
@@ -231,9 +235,9 @@ class MovingBody:
         """Return (S,) whether steps at t keep apart; those that ``arrive``, up to the end too."""
         until, before, after = self._body.until, self._clear[t], self._clear[t + 1]
         if self._swept:
-            result = (before[sources] & after[targets]).any(axis=1) | (t >= until)
+            result = (before[sources] & after[targets]).astype(bool) | (t >= until)
         else:
-            result = after[targets].any(axis=1) | arrives | (t + 1 >= until)
+            result = after[targets].astype(bool) | arrives | (t + 1 >= until)
         if self._stays and arrives.any():
             result[arrives] &= self._parked(t + 1, targets[arrives])
         return np.asarray(result)
@@ -243,7 +247,13 @@ class MovingBody:
         clear = self._clear[t : self._body.until + 1, points]
         if self._swept:
             clear = clear[:-1] & clear[1:]
-        return np.asarray(clear.any(axis=2).all(axis=0))
+        return np.asarray(clear.astype(bool).all(axis=0))
+
+
+def _as_bits(faces: np.ndarray) -> np.ndarray:
+    """Return (..., F) booleans as bits of whole numbers; faces beyond their size do not count."""
+    bits = np.left_shift(np.uint64(1), np.arange(min(faces.shape[-1], MOST_FACES), dtype=np.uint64))
+    return np.asarray(faces[..., :MOST_FACES].astype(np.uint64) @ bits)
 
 
 def _clear(body: Barrier, points: np.ndarray, room: float = 0.0) -> np.ndarray:

@@ -28,9 +28,6 @@ MARGIN = 2.5
 MOST_WAYS = 60
 """New ways of single agents that are looked for, at most."""
 
-MOST_TIME = 0.3
-"""Part of the time limit after which no more are looked for."""
-
 LARGEST_GROUP = 3
 """Agents that leave together, at most."""
 
@@ -88,7 +85,7 @@ class WayImprovement:
             others = self._replaced(ways, group)
             if others is not None and sum(self._costs_of(others)) < cost - tol.IMPROVEMENT:
                 return others
-            if self._count >= MOST_WAYS or self._budget.time_used > MOST_TIME:
+            if self._count >= MOST_WAYS or self._budget.out:
                 break
         return None
 
