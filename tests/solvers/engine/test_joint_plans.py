@@ -27,7 +27,9 @@ def assert_plans(game: Game) -> None:
     assert evaluation.social_cost == pytest.approx(plans.value)
 
 
-@pytest.mark.parametrize("kind", ["unequal", "sweeper", "parked"])
+@pytest.mark.parametrize(
+    "kind", ["unequal", "sweeper", pytest.param("parked", marks=pytest.mark.slow)]
+)
 def test_agents_among_walls_get_plans(kind: str) -> None:
     assert_plans(walled_game(kind, 0))
 
