@@ -21,7 +21,7 @@ from task import cpu_seconds, read_task
 
 
 class AlignedIPPO(IPPO):
-    """IPPO with two errors of AgileRL 2.58 corrected; with either of them no agent arrives.
+    """IPPO with two errors of AgileRL 2.58 corrected.
 
     A group of several agents learns from observations in one order and from advantages in another.
     Here the agents of a group are further copies of one.  And the training loop forgets each end of
