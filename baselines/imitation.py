@@ -4,7 +4,7 @@ r"""Warm start from feedback policies: the network imitates players made by dyna
               p = softmax of the gates,   over states x that the network itself visits
 
 A network of several experts (:mod:`baselines.experts`) is fitted as a mixture of normal densities
-(Bishop, 1994): experts share the examples out among themselves, and gates tell them apart.
+(Bishop, 1994): experts share the examples out among themselves, and gates separate them.
 The feedback players are the optimum for social training, and the equilibrium for selfish training.
 In each round the network plays (in the first one the feedback players do), the feedback players
 are asked for their actions in the states that it visits, and the network is fitted to the
