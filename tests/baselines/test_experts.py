@@ -65,7 +65,7 @@ def test_experts_represent_a_jump(learner: Learner, monkeypatch: pytest.MonkeyPa
     optimiser = torch.optim.Adam(layers, lr=imitation.RATE)
     monkeypatch.setattr(imitation, "BATCH", 256)
     imitation._fit(
-        learner.model, optimiser, *map(torch.as_tensor, (inputs, targets)), 400, True, random
+        learner.model, optimiser, *map(torch.as_tensor, (inputs, targets)), 1500, True, random
     )
     error = np.abs(export_policy(learner.model)(inputs) - targets).max(axis=1)
     between = (error > 0.2) & (error < 0.9)
