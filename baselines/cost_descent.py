@@ -1,16 +1,17 @@
 r"""Descent on expected costs: what a network that imitates feedback players loses at each step.
 
-    minimise  mean Q_i(x, u)    over states x that the network visits, u = its actions there
+    minimise  mean sum_k p_k(x) Q_i(x, a_k(x), u)    over states x that the network visits
 
-Q_i(x, u) is the expected cost to go of agent i, or of all agents for the feedback optimum, if the
-agents take the actions u in state x and the feedback players play afterwards.  By how much the
-network costs more than these is the sum of Q_i(x, u) - min Q_i(x, .) over its episodes (the
-performance difference lemma of Kakade and Langford, 2002).  Least squares weighs all differences
-between actions alike, and averages over places where the feedback players change sides; costs
-weigh them by what they lose.
+a_k are the actions of the experts, p is the softmax of their gates, and u is the action of the
+other agent, of an expert drawn likewise.  Q_i(x, a, u) is the expected cost to go of agent i, or
+of all agents for the feedback optimum, if the agents take these actions in state x and the
+feedback players play afterwards.  By how much the network costs more than these is the sum of
+Q_i - min Q_i over the steps of its episodes (the performance difference lemma of Kakade and
+Langford, 2002).  Imitation weighs all differences between actions alike; costs weigh them by what
+they lose.
 
-Gradients are central differences of look-ahead costs on the grid, with random widths: no episode
-has to be played to its end, and there is no noise but in the states.
+Gates have exact gradients.  Those of actions are central differences of look-ahead costs on the
+grid, with random widths, for one expert that is drawn: no episode has to be played to its end.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from baselines.export import actor_layers, mean_action
+from baselines.export import actor_layers, candidates
 from baselines.imitation import Demonstration, Disturbance
 from baselines.training_loop import Activity, silent
 from ppg_env.env.players import Player
@@ -92,18 +93,36 @@ class _Play:
     def step(self, model: Any) -> torch.Tensor:
         """Return a loss with the gradient of the mean cost, and step all copies."""
         env = self._env
-        output = mean_action(model, torch.as_tensor(self._observation))
-        action = np.clip(output.detach().numpy().astype(float), -1.0, 1.0)
-        action = action.reshape(env.simulator.copies, len(env.learners), -1)
-        slopes = torch.as_tensor(self._slopes(action).reshape(output.shape).astype(np.float32))
+        gates, actions = candidates(model, torch.as_tensor(self._observation))
+        chances = torch.softmax(gates, dim=1)
+        shape = (env.simulator.copies, len(env.learners), *actions.shape[1:])
+        proposed = np.clip(actions.detach().numpy().astype(float), -1.0, 1.0).reshape(shape)
+        drawn = self._drawn(chances.detach().numpy()).reshape(shape[:2])
+        costs, slopes = self._costs_and_slopes(proposed, drawn)
         active = max(int(env.simulator.view(0).in_traffic[:, env.learners].sum()), 1)
-        self._observation = env.step(self._disturbance.of(action))[0]
-        beyond = output - output.clamp(-EDGE, EDGE)
-        return ((slopes * output).sum() + OUTSIDE * (beyond**2).sum()) / active
+        played = gates.detach().numpy().argmax(axis=1).reshape(shape[:2])
+        self._observation = env.step(self._disturbance.of(_of_experts(proposed, played)))[0]
+        beyond = actions - actions.clamp(-EDGE, EDGE)
+        loss = (chances * _like(costs, chances)).sum() + OUTSIDE * (beyond**2).sum()
+        drawn_actions = actions[torch.arange(len(actions)), torch.as_tensor(drawn.ravel())]
+        return (loss + (_like(slopes, drawn_actions) * drawn_actions).sum()) / active
 
-    def _slopes(self, action: np.ndarray) -> np.ndarray:
-        """Return (C, L, m) the derivatives of the learners' costs, zero out of traffic."""
-        env, slopes = self._env, np.zeros(action.shape)
+    def _drawn(self, chances: np.ndarray) -> np.ndarray:
+        """Return one expert (C L,) for each learner."""
+        below = chances.cumsum(axis=1) < self._random.random((len(chances), 1))
+        drawn: np.ndarray = np.minimum(below.sum(axis=1), chances.shape[1] - 1)
+        return drawn
+
+    def _costs_and_slopes(
+        self, proposed: np.ndarray, drawn: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the costs (C, L, K) of ``proposed`` actions (C, L, K, m), less the least of them.
+
+        The derivatives (C, L, m) are those at the ``drawn`` experts (C, L), which the other agent
+        takes as well; all are zero out of traffic.
+        """
+        env, action = self._env, _of_experts(proposed, drawn)
+        costs, slopes = np.zeros(proposed.shape[:3]), np.zeros(action.shape)
         agents, simulator = env.simulator.game.agents, env.simulator
         inputs = [player.act(simulator.view(i)) for i, player in self._others()]
         for k, i in enumerate(env.learners):
@@ -112,10 +131,11 @@ class _Play:
         for k, i in enumerate(env.learners):
             size = agents[i].control_dim
             shifts = width * np.concatenate([np.eye(size), -np.eye(size)])
-            tried = env.inputs(i, action[:, k, None, :size] + shifts)
-            costs = self._costs_of(i, tried, inputs[1 - i])
-            slopes[:, k, :size] = (costs[:, :size] - costs[:, size:]) / (2 * width)
-        return slopes
+            tried = [action[:, k, None, :size] + shifts, proposed[:, k, :, :size]]
+            found = self._costs_of(i, env.inputs(i, np.concatenate(tried, axis=1)), inputs[1 - i])
+            slopes[:, k, :size] = (found[:, :size] - found[:, size : 2 * size]) / (2 * width)
+            costs[:, k] = found[:, 2 * size :] - found[:, 2 * size :].min(axis=1, keepdims=True)
+        return costs, slopes
 
     def _others(self) -> list[tuple[int, Player]]:
         """Return the agents that do not learn."""
@@ -138,3 +158,13 @@ class _Play:
             if alone.size:
                 result[alone] = costs.alone(agent, view.state[alone], clocks[0], actions[alone])
         return result
+
+
+def _of_experts(proposed: np.ndarray, experts: np.ndarray) -> np.ndarray:
+    """Return the actions (C, L, m) of ``experts`` (C, L) among ``proposed`` (C, L, K, m)."""
+    return np.take_along_axis(proposed, experts[:, :, None, None], axis=2)[:, :, 0]
+
+
+def _like(array: np.ndarray, tensor: torch.Tensor) -> torch.Tensor:
+    """Return ``array`` in the shape and type of ``tensor``."""
+    return torch.as_tensor(array.reshape(tensor.shape).astype(np.float32))

@@ -7,6 +7,7 @@ from typing import Any
 import torch
 from torch import nn
 
+from baselines.experts import Experts
 from baselines.policy import Policy
 from ppg_env.env.drawn_entries import observed_fields
 from ppg_env.env.randomize import Randomize
@@ -52,6 +53,7 @@ def export_policy(
         conditioned=conditioned,
         drawn=observed_fields(randomize),
         shared=() if randomize is None else randomize.shared,
+        experts=linear[-1].experts if isinstance(linear[-1], Experts) else 1,
     )
 
 
@@ -60,6 +62,15 @@ def actor_layers(model: Any) -> list[nn.Module]:
     if hasattr(model, "actor"):
         return [*model.actor.latent_pi, model.actor.mu]
     return [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+
+
+def candidates(model: Any, inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return the gates (C, K) and the actions (C, K, m) of all experts, for inputs (C, W)."""
+    layers: list[Any] = actor_layers(model)
+    for layer in layers[:-1]:
+        inputs = layer(inputs)
+    gates, actions = layers[-1].candidates(inputs)
+    return gates, actions
 
 
 def mean_action(model: Any, inputs: torch.Tensor) -> torch.Tensor:

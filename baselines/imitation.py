@@ -1,7 +1,10 @@
 r"""Warm start from feedback policies: the network imitates players made by dynamic programming.
 
-    minimise  mean |policy(x) - feedback(x)|^2   over states x that the network itself visits
+    minimise  mean -log sum_k p_k(x) exp(-|a_k(x) - feedback(x)|^2 / (2 s^2)),
+              p = softmax of the gates,   over states x that the network itself visits
 
+A network of several experts (:mod:`baselines.experts`) is fitted as a mixture of normal densities
+(Bishop, 1994): experts share the examples out among themselves, and gates separate them.
 The feedback players are the optimum for social training, and the equilibrium for selfish training.
 In each round the network plays (in the first one the feedback players do), the feedback players
 are asked for their actions in the states that it visits, and the network is fitted to the
@@ -22,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 
-from baselines.export import actor_layers, mean_action
+from baselines.export import actor_layers, candidates, mean_action
 from baselines.training_loop import Activity, Args, silent
 from baselines.vec_env import GameVecEnv
 from ppg_env.env.players import Player
@@ -40,6 +43,9 @@ COPIES, STEPS, ROUNDS = 512, 24, 6
 
 UPDATES, LAST_UPDATES, BATCH, RATE = 1500, 8000, 1024, 2e-3
 """Updates after each round and after the last one, whose learning rate decreases to zero."""
+
+SPREAD = 0.15
+"""Standard deviation of the mixture's densities, in units of the largest control."""
 
 PUSH, PUSHED, CHANGES = 0.5, 0.4, 0.15
 """Disturbances: standard deviation in units of the largest control, share of agents that are
@@ -179,11 +185,13 @@ def _fit(
     anneal: bool,
     random: np.random.Generator,
 ) -> None:
-    """Take ``updates`` steps of least squares; with ``anneal`` the rate decreases to zero."""
+    """Take ``updates`` steps of likelihood; with ``anneal`` the rate decreases to zero."""
     for k in range(updates):
         optimiser.param_groups[0]["lr"] = RATE * (1 - k / updates if anneal else 1.0)
         some = torch.as_tensor(random.integers(len(inputs), size=BATCH))
-        loss = ((mean_action(model, inputs[some]) - targets[some]) ** 2).mean()
+        gates, actions = candidates(model, inputs[some])
+        misfit = ((actions - targets[some, None]) ** 2).sum(dim=2) / (2 * SPREAD**2)
+        loss = -torch.logsumexp(torch.log_softmax(gates, dim=1) - misfit, dim=1).mean()
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()

@@ -2,7 +2,9 @@ r"""A trained policy as plain arrays, and its player; needs NumPy alone.
 
 x = observation, what episodes drew if the policy observes it, and lam if it is conditioned on it
 x <- activation(W x + b)         hidden layers
-a = clip(W x + b, -1, 1), or tanh of it
+y = W x + b                      the last layer: an action, or with K experts
+                                 K gates and K actions, of which the largest gate chooses y
+a = clip(y, -1, 1), or tanh of it
 u = middle + half * a            the box around all of the agent's control sets
 
 If the control set changes over time the box stays the same, and the environment projects u on the
@@ -44,6 +46,7 @@ class Policy(Record):
     conditioned : whether lam is the last input.
     drawn : fields of a :class:`~ppg_env.env.Randomize` that are inputs, after the observation.
     shared : those among them of which one value holds for all agents.
+    experts : how many actions the last layer proposes; if several, their gates come first.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -53,6 +56,7 @@ class Policy(Record):
     conditioned: bool = False
     drawn: tuple[str, ...] = ()
     shared: tuple[str, ...] = ()
+    experts: int = 1
 
     def __post_init__(self) -> None:
         require(
@@ -76,6 +80,7 @@ class Policy(Record):
         for weight, bias in zip(self.weights, self.biases, strict=False):
             fits = fits and weight.ndim == 2 and weight.shape == (bias.size, width)
             width = bias.size
+        fits = fits and self.experts >= 1 and self.outputs >= 1 and width == self._last_width
         require(fits, "weights", "do not fit together", "give one matrix and one vector per layer")
 
     @property
@@ -86,7 +91,15 @@ class Policy(Record):
     @property
     def outputs(self) -> int:
         """Number of action components."""
-        return self.biases[-1].size
+        return self.biases[-1].size // self.experts - self._gated
+
+    @property
+    def _gated(self) -> bool:
+        return self.experts > 1
+
+    @property
+    def _last_width(self) -> int:
+        return self.experts * (self.outputs + self._gated)
 
     def entries(self, game: Game) -> DrawnEntries:
         """Return the inputs about what is drawn, of agents of ``game``."""
@@ -99,6 +112,9 @@ class Policy(Record):
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = activate(x @ weight.T + bias)
         x = x @ self.weights[-1].T + self.biases[-1]
+        if self._gated:
+            proposed = x[:, self.experts :].reshape(len(x), self.experts, self.outputs)
+            x = proposed[np.arange(len(x)), x[:, : self.experts].argmax(axis=1)]
         return np.tanh(x) if self.squash else np.clip(x, -1.0, 1.0)
 
 

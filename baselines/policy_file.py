@@ -30,7 +30,9 @@ from ppg_env.support.atomic_write import write_atomically
 from ppg_env.support.read_file import MIB
 
 FORMAT = "path-planning-games/learned"
-VERSION = 1
+VERSION, WITH_EXPERTS = 1, 2
+"""Version of files, and of those whose networks have experts: earlier releases refuse them."""
+
 REMEDY = "give a file that ppg train wrote"
 
 LARGEST = 256 * MIB
@@ -157,7 +159,9 @@ def write_learned(path: str | Path, learned: Learned) -> Path:
                     arrays[f"run{r}_agent{i}_weight{k}"] = weight
                     arrays[f"run{r}_agent{i}_bias{k}"] = bias
     layers = [[_layers(policy) for policy in team] for team in learned.runs]
-    about = {"format": FORMAT, "version": VERSION, **learned.about, "runs": layers}
+    experts = any(policy.experts > 1 for team in learned.runs for policy in team if policy)
+    version = WITH_EXPERTS if experts else VERSION
+    about = {"format": FORMAT, "version": version, **learned.about, "runs": layers}
     content = io.BytesIO()
     np.savez(content, about=np.array(to_json(about)), **arrays)
     return write_atomically(path, content.getvalue())
@@ -173,6 +177,7 @@ def _layers(policy: Policy | None) -> dict[str, Any] | None:
         "squash": policy.squash,
         "conditioned": policy.conditioned,
         **({"drawn": policy.drawn, "shared": policy.shared} if policy.drawn else {}),
+        **({"experts": policy.experts} if policy.experts > 1 else {}),
     }
 
 
@@ -206,10 +211,10 @@ def _read(source: str, arrays: Any) -> Learned:
     known = isinstance(about, dict) and about.get("format") == FORMAT
     require(known, source, "is not a file of learned players", REMEDY)
     require(
-        about.get("version") == VERSION,
+        about.get("version") in (VERSION, WITH_EXPERTS),
         source,
         f"has version {about.get('version')!r:.40}",
-        f"train again with this release, which reads version {VERSION}",
+        f"train again with this release, which reads versions {VERSION} and {WITH_EXPERTS}",
     )
     with placed(source, ": "):
         runs = tuple(
@@ -232,4 +237,5 @@ def _policy(arrays: Any, run: int, agent: int, layers: dict[str, Any] | None) ->
         bool(layers["conditioned"]),
         tuple(map(str, layers.get("drawn", ()))),
         tuple(map(str, layers.get("shared", ()))),
+        int(layers.get("experts", 1)),
     )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from stable_baselines3 import PPO
 from torch import nn
 
+from baselines.experts import ExpertPolicy
 from baselines.export import actor_layers, export_policy
 from baselines.policy import LearnedPlayer, Policy
 from baselines.training_loop import Args, Learner, one_thread
@@ -21,6 +23,9 @@ LOG_STD = -1.0  # exploration of 0.37 of the largest control: with more, all age
 FINE_RATE, FINE_LOG_STD = 5e-4, -2.3
 """The same after a warm start from feedback players: what was imitated is not to be lost."""
 
+EXPERTS = 3
+"""Experts of networks that imitate feedback players."""
+
 GAMMA = 1.0
 """Episodes are finite, and costs are not discounted."""
 
@@ -32,7 +37,10 @@ GAE_LAMBDA = 0.9
 def make_learner(
     args: Args, learners: Sequence[int] | None = None, *, copies: int = COPIES
 ) -> Learner:
-    """Create a PPO with stable-baselines3's default network, in its own environment."""
+    """Create a PPO in its own environment.
+
+    The network is stable-baselines3's default, with experts if it imitates feedback players.
+    """
     env = GameVecEnv(
         args.game,
         args.rules,
@@ -44,8 +52,11 @@ def make_learner(
         seed=args.seed,
     )
     fine = args.imitate_feedback
+    options: dict[str, Any] = {"log_std_init": FINE_LOG_STD if fine else LOG_STD}
+    if fine:
+        options["experts"] = EXPERTS
     model = PPO(
-        "MlpPolicy",
+        ExpertPolicy if fine else "MlpPolicy",
         env,
         learning_rate=FINE_RATE if fine else RATE,
         n_steps=ROLLOUT,
@@ -53,7 +64,7 @@ def make_learner(
         n_epochs=EPOCHS,
         gamma=GAMMA,
         gae_lambda=GAE_LAMBDA,
-        policy_kwargs={"log_std_init": FINE_LOG_STD if fine else LOG_STD},
+        policy_kwargs=options,
         tensorboard_log=None if args.tensorboard is None else str(args.tensorboard),
         seed=args.seed,
         device="cpu",
@@ -75,7 +86,8 @@ def copy_policy(policy: Policy, learner: Learner) -> bool:
     """Copy ``policy`` to the learner; return False, without a change, if its network differs."""
     layers = [layer for layer in actor_layers(learner.model) if isinstance(layer, nn.Linear)]
     shapes = [tuple(layer.weight.shape) for layer in layers]
-    if policy.activation != "tanh" or shapes != [weight.shape for weight in policy.weights]:
+    same = shapes == [weight.shape for weight in policy.weights]
+    if policy.activation != "tanh" or policy.experts > 1 or not same:
         return False
     with torch.no_grad():
         for layer, weight, bias in zip(layers, policy.weights, policy.biases, strict=True):

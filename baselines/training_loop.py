@@ -190,6 +190,7 @@ def fingerprint(args: Args, turns: Sequence[Turn]) -> str:
     }
     # The first word is frozen: checkpoints of earlier releases begin with it.
     text = f"baselines.turns {arguments} {turns} {to_json(game_to_tables(args.game))}"
+    text += " experts" if args.imitate_feedback else ""  # networks without them do not fit
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

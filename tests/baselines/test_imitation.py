@@ -36,7 +36,8 @@ def overtaking() -> Game:
 
 @pytest.fixture
 def few_examples(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in {"COPIES": 32, "ROUNDS": 2, "UPDATES": 100, "LAST_UPDATES": 300}.items():
+    values = {"COPIES": 32, "ROUNDS": 2, "UPDATES": 200, "LAST_UPDATES": 600, "BATCH": 256}
+    for name, value in values.items():
         monkeypatch.setattr(imitation, name, value)
 
 
@@ -87,8 +88,11 @@ def test_the_costs_of_agents_at_rest_decrease_towards_their_goals(
 ) -> None:
     args = Args(overtaking, sharing, None, imitate_feedback=True)
     play = cost_descent._Play(make_demonstrations(args, [0, 1])[0], np.random.default_rng(0))
-    slopes = play._slopes(np.zeros((32, 2, 1)))
+    costs, slopes = play._costs_and_slopes(
+        np.array([[[[0.0], [0.05]]] * 2] * 32), np.zeros((32, 2), np.int64)
+    )
     assert (slopes < 0).all()
+    assert (costs[:, :, 0] > costs[:, :, 1]).all()
 
 
 def test_descent_leaves_a_network_as_it_is_where_players_know_no_costs(overtaking: Game) -> None:

@@ -108,7 +108,7 @@ def test_damaged_files_are_reported_in_one_sentence(file: Path, tmp_path: Path) 
     "change",
     [
         {"format": "other"},
-        {"version": 2},
+        {"version": 3},
         {"runs": []},
         {"runs": [[]]},
         {"runs": [[{"layers": 9}]]},
