@@ -54,6 +54,10 @@ FIRST = ("a_parked_body_can_be_hit", "agents_that_share_wait_for_the_last",
          "inputs_are_projected_on_the_control_set", "bodies_that_only_touch_do_not_crash",
          "a_time_limit_truncates_and_does_not_terminate",
          "the_kernel_plays_by_the_rules[tired-risk-clip]")  # fmt: skip
+BLOCKS = (
+    "tests/ppg_env/env/test_changing_controls.py"
+    "::test_every_block_of_copies_moves_by_the_set_of_its_own_time"
+)
 QUICK = tuple(f"{RULES}::test_{name}" for name in FIRST)
 
 TARGETS = {
@@ -73,7 +77,7 @@ TARGETS = {
     "claims of solvers": Target(
         "solvers.search_result", ("tests/solvers/test_injected_faults.py",), share=0.5
     ),
-    "kernel": Target("ppg_env.env.kernel", (RULES,), share=0.25, quick=QUICK),
+    "kernel": Target("ppg_env.env.kernel", (RULES,), share=0.25, quick=(*QUICK, BLOCKS)),
     "movement": Target("ppg_env.env.movement", (RULES,), share=0.25, quick=QUICK),
     "life cycle": Target("ppg_env.env.life_cycle", (RULES,), share=0.25, quick=QUICK),
     "encounters": Target("ppg_env.env.encounters", (RULES,), share=0.25, quick=QUICK),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ppg_env import Game, Polytope, make_game, straight_plan
+from ppg_env.env.kernel import BLOCK
 from ppg_env.env.parallel_env import PathPlanningEnv
 from ppg_env.env.players import GoToGoal, Player, straight_players, track
 from ppg_env.env.rules import Rules
@@ -45,6 +46,19 @@ def test_homing_makes_the_most_of_the_set_that_holds(control: object, late: int)
     for i, mover in enumerate(game.agents):
         held = mover.control_at(0)
         assert held == STILL or excess(mover.control, actions[:, 0, i]) <= 1e-7
+
+
+def test_every_block_of_copies_moves_by_the_set_of_its_own_time() -> None:
+    """The kernel takes copies in blocks; the second block is two steps later than the first."""
+    game = make_game("parallel", noise=0.0, control=((0, FAST), (1, SLOW)))
+    simulator = Simulator(game, Rules(), copies=BLOCK + 2)
+    simulator.reset()
+    simulator.clock[BLOCK:] = 2
+    before = simulator.state.copy()
+    simulator.step(np.full((BLOCK + 2, 2, 2), 50.0), restart=False)
+    moved = simulator.state - before
+    np.testing.assert_allclose(moved[:BLOCK], 10.0, atol=1e-9)
+    np.testing.assert_allclose(moved[BLOCK:], 4.0, atol=1e-9)
 
 
 def test_homing_looks_at_the_clock_of_every_copy() -> None:
