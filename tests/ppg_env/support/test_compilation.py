@@ -126,8 +126,11 @@ def _value_of(pair: Any) -> Any:
 def test_code_of_a_release_with_other_classes_is_compiled_again(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
-    assert compilation.njit(cache=True)(_value_of)(Removed(2.0)) == 2.0
+    before = compilation.njit(cache=True)(_value_of)
+    assert before(Removed(2.0)) == 2.0
+    assert str(tmp_path) in before.stats.cache_path
     monkeypatch.delattr(sys.modules[__name__], "Removed")
     after = compilation.njit(cache=True)(_value_of)
     assert after((3.0, 4.0)) == 3.0
