@@ -221,7 +221,7 @@ def chance(events, x0, x1, y0, y1):
     if events.empty:
         return 0.0
     if not events.swept:
-        return _bilinear(
+        return bilinear(
             events.values, (y0 - events.low[0]) / events.step[0],
             (y1 - events.low[1]) / events.step[1], False,
         )  # fmt: skip
@@ -241,7 +241,7 @@ def chance(events, x0, x1, y0, y1):
         for b in range(2):
             wb = f1 - j if b == 1 else 1.0 - (f1 - j)
             if wb != 0.0:
-                value += wa * wb * _bilinear(
+                value += wa * wb * bilinear(
                     events.swept_values[i + a, j + b], g0 - (i + a) * events.ratio[0],
                     g1 - (j + b) * events.ratio[1] if columns > 1 else 0.0, True,
                 )  # fmt: skip
@@ -249,7 +249,7 @@ def chance(events, x0, x1, y0, y1):
 
 
 @njit(cache=True)
-def _bilinear(values, a, b, clamped):
+def bilinear(values, a, b, clamped):
     """Return the value at the place (a, b) of a table; beyond it zero, or as on its border."""
     rows, columns = values.shape
     if clamped:

@@ -24,7 +24,7 @@ from numba import prange
 
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
-from solvers.feedback.grid.event_table import chance
+from solvers.feedback.grid.event_table import bilinear, chance
 
 YES, NO, ZERO = np.bool_(True), np.bool_(False), np.int64(0)
 """Literals have types of their own, for which the functions called would be compiled again."""
@@ -87,16 +87,31 @@ def best_move(field, side, risk, own_first, crash, x, other_before, other_index,
                 part += side.weight[x, a, s] * row[side.index[x, a, s]]
             values[a] += scale * part
     if near:
-        for a in range(actions):
-            p = overlap(risk, own_first, side.points[x], other_before, side.ends[x, a], other_end)
-            p *= exposed(risk, side.stays[x, a], other_stays)
-            if p > 0.0:
-                values[a] += p * (crash - (values[a] - side.cost[x, a] if risk.removes else 0.0))
+        add_crashes(side, risk, own_first, crash, x, other_before, other_end, other_stays, values)
     chosen = 0
     for a in range(1, actions):
         if values[a] < values[chosen]:
             chosen = a
     return chosen, values[chosen]
+
+
+@njit(cache=True)
+def add_crashes(side, risk, own_first, crash, x, other_before, other_end, other_stays, values):
+    """Add to the costs (A,) of the actions at grid point ``x`` what overlaps cost."""
+    ends, stays, cost, sign = side.ends, side.stays, side.cost, 1.0 if own_first else -1.0
+    x0 = sign * (side.points[x, 0] - other_before[0])
+    x1 = sign * (side.points[x, 1] - other_before[1])
+    far0, far1, removes = other_end[0], other_end[1], risk.removes
+    table, low, step = risk.values, risk.low, risk.step
+    for a in range(values.size):
+        y0, y1 = sign * (ends[x, a, 0] - far0), sign * (ends[x, a, 1] - far1)
+        if risk.swept:
+            p = chance(risk, x0, x1, y0, y1)
+        else:
+            p = bilinear(table, (y0 - low[0]) / step[0], (y1 - low[1]) / step[1], False)
+        p *= exposed(risk, stays[x, a], other_stays)
+        if p > 0.0:  # interpolated probabilities can be negative
+            values[a] += p * (crash - (values[a] - cost[x, a] if removes else 0.0))
 
 
 @njit(cache=True)
