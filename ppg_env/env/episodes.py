@@ -22,6 +22,7 @@ from ppg_env.env.status import ARRIVED, CRASHED, TRAFFIC
 from ppg_env.env.step import Step
 from ppg_env.errors import require
 from ppg_env.game.game import Game
+from ppg_env.support.linear_algebra import one_thread
 from ppg_env.support.statistics import Estimate, Interval, proportion
 
 COPIES = 4096
@@ -115,7 +116,8 @@ def evaluate(
     for block in range(-(-episodes // COPIES)):
         copies = min(COPIES, episodes - block * COPIES)
         simulator, random = _block(game, rules, copies, seed, group, block, randomize)
-        parts.append(_play(simulator, players, random))
+        with one_thread():
+            parts.append(_play(simulator, players, random))
         if progress is not None:
             progress(copies)
     return Episodes(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

@@ -11,6 +11,7 @@ from ppg_env.env.rules import Rules
 from ppg_env.env.status import ARRIVED, TRAFFIC
 from ppg_env.game.game import Game
 from ppg_env.support.compilation import njit
+from ppg_env.support.linear_algebra import one_thread
 
 CHUNK = 1 << 12
 """States for which a player is asked at once: layers of a network then fit the cache."""
@@ -89,5 +90,7 @@ def grid_actions(
             result[pairs] = on_grid(state, clock)
             continue
         times = np.full(len(pairs), clock, dtype=np.int64)
-        result[pairs] = player.act(observer.view(state, times, parked))
+        view = observer.view(state, times, parked)
+        with one_thread():
+            result[pairs] = player.act(view)
     return result.reshape(rows, columns, inputs)
