@@ -221,10 +221,14 @@ def chance(events, x0, x1, y0, y1):
     if events.empty:
         return 0.0
     if not events.swept:
-        return bilinear(
-            events.values, (y0 - events.low[0]) / events.step[0],
-            (y1 - events.low[1]) / events.step[1], False,
-        )  # fmt: skip
+        a, b = (y0 - events.low[0]) / events.step[0], (y1 - events.low[1]) / events.step[1]
+        return bilinear(events.values, a, b, False)
+    return swept_chance(events, x0, x1, y0, y1)
+
+
+@njit(cache=True)
+def swept_chance(events, x0, x1, y0, y1):
+    """Return the probability of a crossing between positions x and y; zero far away."""
     rows, columns = events.swept_values.shape[:2]
     f0 = (x0 - events.start_low[0]) / events.start_step[0]
     f1 = (x1 - events.start_low[1]) / events.start_step[1] if columns > 1 else 0.0

@@ -24,7 +24,7 @@ from numba import prange
 
 from ppg_env.support.compilation import njit
 from solvers.feedback.grid.cubic import keys_weights
-from solvers.feedback.grid.event_table import bilinear, chance
+from solvers.feedback.grid.event_table import bilinear, chance, swept_chance
 
 YES, NO, ZERO = np.bool_(True), np.bool_(False), np.int64(0)
 """Literals have types of their own, for which the functions called would be compiled again."""
@@ -106,7 +106,7 @@ def add_crashes(side, risk, own_first, crash, x, other_before, other_end, other_
     for a in range(values.size):
         y0, y1 = sign * (ends[x, a, 0] - far0), sign * (ends[x, a, 1] - far1)
         if risk.swept:
-            p = chance(risk, x0, x1, y0, y1)
+            p = swept_chance(risk, x0, x1, y0, y1)
         else:
             p = bilinear(table, (y0 - low[0]) / step[0], (y1 - low[1]) / step[1], False)
         p *= exposed(risk, stays[x, a], other_stays)
