@@ -15,7 +15,16 @@ from ppg_env.game.game import Game
 
 FOLDER = Path(__file__).with_name("pretrained")
 
-PLAYERS = ("ppo-selfish", "ppo-social")
+FROM_SCRATCH = ("ppo-selfish", "ppo-social")
+"""Players of all scenarios of the paper."""
+
+WARM = ("ppo-warm-selfish", "ppo-warm-social")
+"""Players that imitated feedback players first; of ``head_on`` with l1 speed alone."""
+
+PLAYERS = FROM_SCRATCH + WARM
+
+
+_WARM_START = " --warm-start feedback"
 
 
 def available() -> list[Path]:
@@ -42,7 +51,8 @@ def pretrained_file(player: str, game: Game) -> Path:
     raise InputError(
         player,
         "has not been trained for this game",
-        "train it with ppg train, and name the file that it writes as a player",
+        f"train it with ppg train{_WARM_START if player in WARM else ''}, and name the file that it "
+        "writes as a player",
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baselines import evaluate_runs, find_pretrained, read_learned
-from baselines.pretrained import PLAYERS, available
+from baselines.pretrained import FROM_SCRATCH, WARM, available
 from ppg_env import InputError, make_game
 from ppg_env.formats.game_file import game_from_tables
 from ppg_env.scenarios import paper
@@ -23,15 +23,26 @@ EPISODES = 4000
 
 @pytest.mark.parametrize("scenario", PAPER)
 @pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("player", PLAYERS)
+@pytest.mark.parametrize("player", FROM_SCRATCH)
 def test_every_scenario_of_the_paper_has_players(scenario: str, speed: str, player: str) -> None:
+    check_origin(player, scenario, speed)
+
+
+@pytest.mark.parametrize("player", WARM)
+def test_warm_players_name_the_command_that_made_them(player: str) -> None:
+    assert "--warm-start feedback" in check_origin(player, "head_on", "l1")
+
+
+def check_origin(player: str, scenario: str, speed: str) -> str:
+    """Check that a player has five runs, and a command of its own; return the command."""
     learned = find_pretrained(player, make_game(scenario, speed=speed, lam=0.3, gain=0.0))
     assert learned.name == player
     assert len(learned.runs) >= 5
     assert len(set(learned.about["seeds"])) == len(learned.runs)
     words = shlex.split(learned.about["command"])
     assert words[:3] == ["ppg", "train", scenario]
-    assert f"{scenario}-{speed}-{player}.npz" in words[-1]
+    assert words[-1] == f"baselines/pretrained/{scenario}-{speed}-{player}.npz"
+    return str(learned.about["command"])
 
 
 def test_other_games_have_none() -> None:
@@ -39,6 +50,8 @@ def test_other_games_have_none() -> None:
         find_pretrained("ppo-selfish", make_game("head_on", noise=3.0))
     with pytest.raises(InputError, match="ppg train"):
         find_pretrained("ppo-selfish", make_game("head_on", lam=0.99))
+    with pytest.raises(InputError, match="--warm-start feedback"):
+        find_pretrained("ppo-warm-social", make_game("intersection", speed="l1"))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +91,7 @@ def test_published_figures_are_good() -> None:
 def test_a_replay_would_notice_other_weights() -> None:
     """The test above bites: a run played by another file's policy has other figures."""
     game = make_game("intersection", speed="l1")
-    right, wrong = (find_pretrained(p, game) for p in PLAYERS)
+    right, wrong = (find_pretrained(p, game) for p in FROM_SCRATCH)
     figures = right.about["figures"][1]["expected_cost_runs"]
     judged = evaluate_runs(game, [wrong.players(game, r) for r in range(5)], 5 * EPISODES, seed=99)
     assert np.abs(judged.costs - figures).max() > 0.02
