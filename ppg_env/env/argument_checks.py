@@ -56,7 +56,11 @@ def check_learners(learners: Any, players: Mapping[int, Any] | None, agents: int
 def _check_players(
     players: Mapping[int, Any] | None, learners: Sequence[int] | np.ndarray, agents: int
 ) -> None:
-    for agent, player in (players or {}).items():
+    given = {} if players is None else players
+    named = isinstance(given, Mapping)
+    remedy = "write a dictionary from agents to players"
+    require(named, "players", f"are {players!r:.60}", remedy)
+    for agent, player in given.items():
         other = is_whole(agent) and 0 <= agent < agents and agent not in learners
         require(other, "players", f"names agent {agent!r:.60}", "name the other agents only")
         plays = callable(getattr(player, "act", None))
