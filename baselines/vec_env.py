@@ -95,7 +95,7 @@ class GameVecEnv(VecEnv):
         render_mode: str | None = None,
     ) -> None:
         self.simulator = Simulator(game, rules, copies, randomize=randomize)
-        count, tables = len(game.agents), self.simulator.tables
+        count = len(game.agents)
         self.learners = check_learners(learners, players, count)
         check_modes(shaping, bootstrap, render_mode)
         self.players = {
@@ -103,15 +103,15 @@ class GameVecEnv(VecEnv):
         } | dict(players or {})
         self.weights = checked_weights(weights)
         self._refuse_conflicts(randomize)
-        self._pace = straight_pace(game, tables.scale) * shaping
+        self._pace = straight_pace(game, self.simulator.tables.scale) * shaping
         self._scale, self._bootstrap = checked_scale(reward_scale), bootstrap
         low, high = self.simulator.low, self.simulator.high
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
         self._shape = (copies, len(self.learners))
         self._sizes = [agent.control_dim for agent in game.agents]
-        self._was_reset = False
-        self.render_mode, self._viewer = render_mode, None
+        self.render_mode, self._was_reset = render_mode, False
+        self._viewer: Any = None
         size = self.simulator.observation_size + (weights is not None)
         self.seed(seed)
         super().__init__(
@@ -119,7 +119,7 @@ class GameVecEnv(VecEnv):
             Box(-np.inf, np.inf, (size,), np.float32),
             Box(-1.0, 1.0, (self.simulator.action_size,), np.float32),
         )
-        self.metadata["render_fps"] = 4
+        self.set_attr("metadata", self.metadata | {"render_fps": 4})
 
     @property
     def randomize(self) -> Randomize | None:
@@ -181,8 +181,8 @@ class GameVecEnv(VecEnv):
         if not self._was_reset:
             raise InputError("step", "comes before the first reset", "call reset first")
         given = slot_actions(actions, (self.num_envs, simulator.action_size))
-        given = given.reshape(*self._shape, -1)
-        self._action[:, learners] = self._middle[learners] + self._half[learners] * given
+        own = self._half[learners] * given.reshape(*self._shape, -1)
+        self._action[:, learners] = self._middle[learners] + own
         for i, player in self.players.items():
             size = self._sizes[i]
             self._action[:, i, :size] = player_action(player, simulator.view(i), i, size)
@@ -208,7 +208,7 @@ class GameVecEnv(VecEnv):
             simulator.reset(over)
             self._draw_weights(over)
             if over[0]:
-                self._record()
+                self._record()  # time 0 of the next episode
         done = np.repeat(over, len(own))
         observed = self._observed(simulator.last.observation)
         return observed, reward.ravel().astype(np.float32), done, infos
@@ -266,7 +266,7 @@ class GameVecEnv(VecEnv):
         if self._viewer is None:
             from ppg_env.env.viewer import Viewer
 
-            self._viewer = Viewer(self.simulator.game, self.metadata["render_fps"])
+            self._viewer = Viewer(self.simulator.game, fps=4)
             self._record()
         return [self._viewer.frame()]
 
