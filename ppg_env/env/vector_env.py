@@ -29,6 +29,7 @@ from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ppg_env.env.actions import action_numbers, player_action
+from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
 from ppg_env.env.randomize import Randomize
@@ -87,9 +88,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             f"is {autoreset_mode!r}",
             "write " + " or ".join(MODES),
         )
-        numbers = options.get("infos", "numbers")
-        require(numbers == "numbers", "infos", f"are {numbers!r}", "write numbers, or leave it out")
-        require(render_mode is None, "render_mode", f"is {render_mode!r}", "render a single copy")
+        check_batch_options({"render_mode": render_mode, **options})
         self.metadata = {**self.metadata, "autoreset_mode": AutoresetMode(self._mode)}
         single = SingleAgentEnv(game, learner, players, randomize=randomize, **options)
         self.game, self.learner, self.num_envs = single.game, learner, num_envs

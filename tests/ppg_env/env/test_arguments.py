@@ -79,7 +79,9 @@ def test_rules_hold_numbers_that_the_kernel_can_hold(rule: dict[str, Any], words
     SingleAgentEnv("head_on", max_cycles=2**31 - 2).reset(seed=0)
 
 
-def test_infos_of_the_vector_view_are_numbers() -> None:
-    with pytest.raises(InputError, match=r"^infos: are 'names'; write numbers"):
-        GameVectorEnv("head_on", 2, infos="names")
+def test_options_of_single_environments_are_refused_by_batches() -> None:
+    options: list[dict[str, Any]] = [{"infos": "names"}, {"render_mode": "rgb_array"}]
+    for option in options:
+        with pytest.raises(InputError, match=rf"^{next(iter(option))}: is '.*'; leave it out"):
+            GameVectorEnv("head_on", 2, **option)
     GameVectorEnv("head_on", 2, infos="numbers").reset(seed=0)
