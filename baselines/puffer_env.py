@@ -30,11 +30,13 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
+from baselines.slots import checked_scale
+from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
 from ppg_env.env.randomize import Randomize
 from ppg_env.env.simulator import Simulator
-from ppg_env.errors import InputError, require
+from ppg_env.errors import InputError
 from ppg_env.game.game import Game
 
 try:
@@ -76,11 +78,9 @@ class GamePufferEnv(pufferlib.PufferEnv):
         seed: int | None = None,
         **options: Any,
     ) -> None:
-        require(reward_scale > 0, "reward_scale", f"is {reward_scale!r}", "give a positive number")
-        single = PathPlanningEnv(
-            game, render_mode=None, infos="numbers", randomize=randomize, **options
-        )
-        self.game, self._scale = single.game, reward_scale
+        check_batch_options(options)
+        single = PathPlanningEnv(game, randomize=randomize, **options)
+        self.game, self._scale = single.game, checked_scale(reward_scale)
         self.simulator = Simulator(single.game, single.rules, copies, seed, randomize)
         self._observer = make_observer(self.simulator, observation)
         low, high = self.simulator.low, self.simulator.high

@@ -43,6 +43,7 @@ from typing import Any
 
 import numpy as np
 
+from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
@@ -107,9 +108,8 @@ class GameTorchRLEnv(EnvBase):
         device: Any = "cpu",
         **options: Any,
     ) -> None:
-        single = PathPlanningEnv(
-            game, render_mode=None, infos="numbers", randomize=randomize, **options
-        )
+        check_batch_options(options)
+        single = PathPlanningEnv(game, randomize=randomize, **options)
         simulator = Simulator(single.game, single.rules, copies, seed, randomize)
         super().__init__(device=device, batch_size=[copies])
         self.game, self.simulator = single.game, simulator

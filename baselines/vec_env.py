@@ -29,6 +29,14 @@ import numpy as np
 from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
+from baselines.slots import (
+    check_modes,
+    checked_scale,
+    checked_weights,
+    common_options,
+    slot_actions,
+    straight_pace,
+)
 from ppg_env.env.actions import player_action
 from ppg_env.env.argument_checks import check_learners
 from ppg_env.env.players import Player, straight_players
@@ -39,7 +47,6 @@ from ppg_env.env.seeds import seed_sequence
 from ppg_env.env.simulator import Simulator
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival
 
 REWARD_SCALE = 10.0
 """A crash at lam = 0.5 then costs 5, an episode about 0.5: of order one, as PPO assumes."""
@@ -67,9 +74,9 @@ class GameVecEnv(VecEnv):
         replaced during training, as in ``env.set_attr("randomize", rule)``.
     shaping, reward_scale, bootstrap
         See the top of this file.
+    render_mode
+        ``rgb_array`` for pictures of the first copy, by ``render`` and ``VecVideoRecorder``.
     """
-
-    render_mode = None
 
     def __init__(
         self,
@@ -85,26 +92,26 @@ class GameVecEnv(VecEnv):
         reward_scale: float = REWARD_SCALE,
         bootstrap: bool = True,
         seed: int = 0,
+        render_mode: str | None = None,
     ) -> None:
         self.simulator = Simulator(game, rules, copies, randomize=randomize)
-        count, tables = len(game.agents), self.simulator.tables
+        count = len(game.agents)
         self.learners = check_learners(learners, players, count)
-        require(reward_scale > 0, "reward_scale", f"is {reward_scale!r}", "give a positive number")
-        fit = weights is None or (len(weights) == 2 and 0 <= weights[0] <= weights[1] < 1)
-        require(fit, "weights", f"are {weights!r}", "give a range of lam, 0 <= low <= high < 1")
+        check_modes(shaping, bootstrap, render_mode)
         self.players = {
             i: player for i, player in enumerate(straight_players(game)) if i not in self.learners
         } | dict(players or {})
-        self.weights = weights
+        self.weights = checked_weights(weights)
         self._refuse_conflicts(randomize)
-        self._pace = _pace(game, tables.scale) * shaping
-        self._scale, self._bootstrap = reward_scale, bootstrap
+        self._pace = straight_pace(game, self.simulator.tables.scale) * shaping
+        self._scale, self._bootstrap = checked_scale(reward_scale), bootstrap
         low, high = self.simulator.low, self.simulator.high
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
         self._shape = (copies, len(self.learners))
         self._sizes = [agent.control_dim for agent in game.agents]
-        self._was_reset = False
+        self.render_mode, self._was_reset = render_mode, False
+        self._viewer: Any = None
         size = self.simulator.observation_size + (weights is not None)
         self.seed(seed)
         super().__init__(
@@ -112,6 +119,7 @@ class GameVecEnv(VecEnv):
             Box(-np.inf, np.inf, (size,), np.float32),
             Box(-1.0, 1.0, (self.simulator.action_size,), np.float32),
         )
+        self.set_attr("metadata", self.metadata | {"render_fps": 4})
 
     @property
     def randomize(self) -> Randomize | None:
@@ -150,17 +158,16 @@ class GameVecEnv(VecEnv):
         self._cost = np.zeros(self._shape)
         self._hit = np.zeros(self._shape, dtype=bool)
         self._home = np.zeros(self._shape, dtype=bool)
+        self._record()
         return self._observed(self.simulator.last.observation)
 
     def _common_options(self) -> dict[str, Any]:
         """Return the options of all slots; those of the only learner may be one point."""
-        options, *others = self._options
-        alike = all(other is options or not (other or options) for other in others)
-        require(alike, "options", "differ between slots", "set one dictionary for all of them")
+        options = common_options(self._options)
         if len(self.learners) == 1:
             refuse_missing_learner(None, options, self.simulator.game, self.learners[0])
             options = for_learner(options, self.learners[0])
-        return dict(options)
+        return options
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the learners' actions (slots, m) and ask the other players for theirs.
@@ -173,12 +180,9 @@ class GameVecEnv(VecEnv):
         simulator, learners = self.simulator, self.learners
         if not self._was_reset:
             raise InputError("step", "comes before the first reset", "call reset first")
-        given, shape = np.asarray(actions), (self.num_envs, simulator.action_size)
-        if given.shape != shape or given.dtype.kind not in "iuf":
-            problem = f"are an array of shape {given.shape} and type {given.dtype}"
-            raise InputError("actions", problem, f"give numbers of shape {shape}, a row per slot")
-        given = given.reshape(*self._shape, -1)
-        self._action[:, learners] = self._middle[learners] + self._half[learners] * given
+        given = slot_actions(actions, (self.num_envs, simulator.action_size))
+        own = self._half[learners] * given.reshape(*self._shape, -1)
+        self._action[:, learners] = self._middle[learners] + own
         for i, player in self.players.items():
             size = self._sizes[i]
             self._action[:, i, :size] = player_action(player, simulator.view(i), i, size)
@@ -196,12 +200,15 @@ class GameVecEnv(VecEnv):
         self._cost += (out.time_cost + out.safety_cost)[:, own]
         self._hit |= out.crashed[:, own]
         self._home |= out.arrived[:, own]
+        self._record()
         over = np.all(~simulator.alive[:, own], axis=1)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over.any():
             self._finish(over, infos)
             simulator.reset(over)
             self._draw_weights(over)
+            if over[0]:
+                self._record()  # time 0 of the next episode
         done = np.repeat(over, len(own))
         observed = self._observed(simulator.last.observation)
         return observed, reward.ravel().astype(np.float32), done, infos
@@ -253,6 +260,20 @@ class GameVecEnv(VecEnv):
             fresh = self._random.uniform(*self.weights, size=(int(chosen.sum()), 1))
             self.simulator.lam[chosen] = fresh
 
+    def get_images(self) -> list[np.ndarray]:
+        """Return a picture of the first copy."""
+        require(self._was_reset, "render", "comes before the first reset", "call reset first")
+        if self._viewer is None:
+            from ppg_env.env.viewer import Viewer
+
+            self._viewer = Viewer(self.simulator.game, fps=4)
+            self._record()
+        return [self._viewer.frame()]
+
+    def _record(self) -> None:
+        if self._viewer is not None:
+            self._viewer.record(self.simulator)
+
     def close(self) -> None:
         """Do nothing: there is nothing to close."""
 
@@ -267,8 +288,9 @@ class GameVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method once, for all slots."""
-        return [getattr(self, method_name)(*method_args, **method_kwargs)]
+        """Call a method, once for all slots; return its result once per slot in ``indices``."""
+        result = getattr(self, method_name)(*method_args, **method_kwargs)
+        return [result] * len(list(self._get_indices(indices)))
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """Return False for each slot: none is wrapped separately."""
@@ -276,14 +298,3 @@ class GameVecEnv(VecEnv):
 
     def _get_indices(self, indices: Any) -> Any:
         return range(int(np.prod(self._shape))) if indices is None else np.atleast_1d(indices)
-
-
-def _pace(game: Game, scale: float) -> np.ndarray:
-    """Return (N,) steps per unit of observed distance on the straight way."""
-    pace = np.zeros(len(game.agents))
-    for i, agent in enumerate(game.agents):
-        d = agent.dim
-        length = float(np.linalg.norm(agent.goal[:d] - agent.start[:d])) / scale
-        steps = earliest_arrival(agent, game.horizon)
-        pace[i] = 0.0 if length == 0 else (steps or game.horizon) / length
-    return pace

@@ -73,7 +73,7 @@ if __name__ == "__main__":
     agents = range(len(task.game.agents))
     algorithms = [make_ppo(shaped_env(task, i, {})) for i in agents]
     acts: dict[int, Act] = {}  # at first the others follow their straight plans
-    start, each = cpu_seconds(), -(-task.steps // (ROUNDS * len(agents)))
+    start, each, steps = cpu_seconds(), -(-task.steps // (ROUNDS * len(agents))), 0
     for turn in range(ROUNDS * len(agents)):
         i = turn % len(agents)
         envs = DummyVectorEnv([lambda i=i: shaped_env(task, i, acts)] * 8)
@@ -84,18 +84,18 @@ if __name__ == "__main__":
                 training_collector=collector,
                 max_epochs=1,
                 epoch_num_steps=each,
-                collection_step_num_env_steps=2048,
+                collection_step_num_env_steps=min(2048, each),
                 batch_size=512,
                 update_step_num_repetitions=10,
                 show_progress=False,
                 verbose=False,
             )
         )
-        acts[i] = mean_action(algorithms[i])
+        acts[i], steps = mean_action(algorithms[i]), steps + collector.collect_step
     seconds = cpu_seconds() - start
 
     def act(agent: int, observations: np.ndarray) -> np.ndarray:
         """Return the mean action of the agent's own policy."""
         return acts[agent](agent, observations)
 
-    report("tianshou-ppo", task, act, steps=task.steps, seconds=seconds)
+    report("tianshou-ppo", task, act, steps=steps, seconds=seconds)

@@ -98,7 +98,7 @@ def action_numbers(values: Any) -> np.ndarray:
     try:
         array = np.asarray(values)
         return array.astype(np.float64) if array.dtype.kind in "biufO" else np.array(np.nan)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # ragged lists, objects, huge integers
         return np.array(np.nan)
 
 

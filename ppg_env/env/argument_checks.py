@@ -22,6 +22,16 @@ def check_simulation(game: Any, rules: Any, copies: Any) -> None:
     require(whole, "copies", f"is {copies!r:.60}", "ask for a whole number, at least one")
 
 
+def check_batch_options(options: Mapping[str, Any]) -> None:
+    """Refuse options of a single environment that batches of copies do not have."""
+    for name, plain in (("render_mode", None), ("infos", "numbers")):
+        given = options.get(name, plain)
+        remedy = (
+            f"leave it out: only parallel_env and SingleAgentEnv have other values than {plain}"
+        )
+        require(given == plain, name, f"is {given!r:.60}", remedy)
+
+
 def check_learner(learner: Any, players: Mapping[int, Any] | None, agents: int) -> None:
     """Raise :class:`InputError` unless ``learner`` is one of so many ``agents``.
 
@@ -56,7 +66,11 @@ def check_learners(learners: Any, players: Mapping[int, Any] | None, agents: int
 def _check_players(
     players: Mapping[int, Any] | None, learners: Sequence[int] | np.ndarray, agents: int
 ) -> None:
-    for agent, player in (players or {}).items():
+    given = {} if players is None else players
+    named = isinstance(given, Mapping)
+    remedy = "write a dictionary from agents to players"
+    require(named, "players", f"are {players!r:.60}", remedy)
+    for agent, player in given.items():
         other = is_whole(agent) and 0 <= agent < agents and agent not in learners
         require(other, "players", f"names agent {agent!r:.60}", "name the other agents only")
         plays = callable(getattr(player, "act", None))

@@ -140,7 +140,7 @@ class PathPlanningEnv(ParallelEnv):
             f"is {render_mode!r}",
             "write " + " or ".join(RENDER_MODES),
         )
-        names = (*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)
+        names = tuple(dict.fromkeys((*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)))
         for key in options:
             require(key in names, key, "is not an option", "use one of " + ", ".join(names))
         rules = {key: options.pop(key) for key in RULES if key in options}

@@ -252,7 +252,8 @@ def agent_number(key: Any, names: Sequence[str], place: str) -> int:
     whole = is_whole(key)
     if whole and 0 <= key < len(names):
         return int(key)
-    raise InputError(place, f"names agent {key!r} of {len(names)}", "count agents from 0")
+    remedy = f"count agents from 0, or use names such as {names[0]}"
+    raise InputError(place, f"names agent {key!r:.60} of {len(names)}", remedy)
 
 
 def _frozen(distribution: Any, field: str) -> np.ndarray:

@@ -82,14 +82,14 @@ def parallel_env(game: Any = "opposing", **options: Any) -> PathPlanningEnv:
     return PathPlanningEnv(_with_arguments(game, options), **options)
 
 
-def single_agent_env(game: Any, **options: Any) -> SingleAgentEnv:
+def single_agent_env(game: Any = "opposing", **options: Any) -> SingleAgentEnv:
     """Return the Gymnasium environment of ``game``, otherwise as :func:`parallel_env`."""
     from ppg_env.env.single_agent_env import SingleAgentEnv
 
     return SingleAgentEnv(_with_arguments(game, options), **options)
 
 
-def vector_env(game: Any, num_envs: int = 1, **options: Any) -> VectorEnv:
+def vector_env(game: Any = "opposing", num_envs: int = 1, **options: Any) -> VectorEnv:
     """Return ``num_envs`` copies as one Gymnasium environment, otherwise as the single one."""
     from ppg_env.env.vector_env import GameVectorEnv
 

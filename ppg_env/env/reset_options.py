@@ -76,13 +76,8 @@ def read_options(game: Game, options: Any) -> Given | None:
     InputError
         If a key is unknown, or a value is not one of its agent.
     """
-    require(
-        options is None or isinstance(options, Mapping),
-        "options",
-        f"are {options!r:.40}",
-        'write a dictionary, as in {"lam": 0.5}',
-    )
-    given = {k: v for k, v in (options or {}).items() if v is not None and k not in OTHERS}
+    values = checked_mapping(options)
+    given = {k: v for k, v in values.items() if v is not None and k not in OTHERS}
     check_keys(given, OPTIONS, "reset", "options")
     if not given:
         return None
@@ -98,6 +93,23 @@ def read_options(game: Game, options: Any) -> Given | None:
         size = np.array([checked_size(own, f"agent[{i}].size") for i, own in enumerate(sizes)])
         agents = tuple(map(_changed, range(N), game.agents, changes))
     return Given(agents, size, count, fields)
+
+
+def checked_mapping(options: Any) -> dict[Any, Any]:
+    """Return ``options`` as a new dictionary, an empty one if they are None.
+
+    Raises
+    ------
+    InputError
+        If they are no mapping.
+    """
+    require(
+        options is None or isinstance(options, Mapping),
+        "options",
+        f"are {options!r:.40}",
+        'write a dictionary, as in {"lam": 0.5}',
+    )
+    return {} if options is None else dict(options)
 
 
 def for_learner(options: Any, learner: int) -> Any:

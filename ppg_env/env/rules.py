@@ -61,6 +61,7 @@ from typing import Any
 
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
 from ppg_env.game.game import Game
 from ppg_env.support.validation import is_whole
@@ -73,6 +74,9 @@ CHOICES = {
     "sharing": ("selfish", "social"),
     "saturation": ("clip", "none"),
 }
+
+LONGEST = 2**31 - 2
+"""The largest number of steps: below the time of arrival of agents that have not arrived."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,7 @@ class Rules:
             self.max_cycles is None or _whole(self.max_cycles, 1),
             "max_cycles",
             f"is {self.max_cycles!r}",
-            "write a whole number of steps, 1 or more",
+            f"write a whole number of steps from 1 to {LONGEST}",
         )
         self._check_schedule()
 
@@ -177,9 +181,9 @@ def make_rules(game: Game, **options: Any) -> Rules:
 
 def _length(value: Any) -> bool:
     number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    return bool(number and 0 <= value < float("inf"))
+    return bool(number and 0 <= value <= tol.LARGEST)
 
 
 def _whole(value: Any, least: int) -> bool:
     whole = is_whole(value)
-    return bool(whole and value >= least)
+    return bool(whole and least <= value <= LONGEST)

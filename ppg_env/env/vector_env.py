@@ -29,10 +29,11 @@ from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ppg_env.env.actions import action_numbers, player_action
+from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observers import make_observer
 from ppg_env.env.players import Player
 from ppg_env.env.randomize import Randomize
-from ppg_env.env.reset_options import for_learner, refuse_missing_learner
+from ppg_env.env.reset_options import checked_mapping, for_learner, refuse_missing_learner
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.single_agent_env import SingleAgentEnv
 from ppg_env.env.status import ARRIVED, TRAFFIC
@@ -87,7 +88,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             f"is {autoreset_mode!r}",
             "write " + " or ".join(MODES),
         )
-        require(render_mode is None, "render_mode", f"is {render_mode!r}", "render a single copy")
+        check_batch_options({"render_mode": render_mode, **options})
         self.metadata = {**self.metadata, "autoreset_mode": AutoresetMode(self._mode)}
         single = SingleAgentEnv(game, learner, players, randomize=randomize, **options)
         self.game, self.learner, self.num_envs = single.game, learner, num_envs
@@ -129,7 +130,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if seed is not None:
             self.simulator.seed(seed)
         chosen = np.ones(self.num_envs, dtype=np.bool_)
-        values = dict(options or {})
+        values = checked_mapping(options)
         if "reset_mask" in values:
             mask = np.asarray(values.pop("reset_mask"))
             require(
@@ -178,7 +179,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         size = self._inputs
         values = action_numbers(actions)
         if values.shape != (self.num_envs, size):
-            problem = f"are {actions!r:.40}, of shape {np.shape(actions)}"
+            problem = f"are {actions!r:.40}, of shape {values.shape}"
             remedy = f"give one of {size} numbers per copy, shape ({self.num_envs}, {size})"
             raise InputError("actions", problem, remedy)
         values[self._waiting] = 0.0

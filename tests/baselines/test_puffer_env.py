@@ -144,6 +144,9 @@ def test_wrong_uses_are_refused() -> None:
         env.step(np.array([[0, 0], [np.nan, 0], [0, 0], [0, 0]]))
     with pytest.raises(InputError, match="reward_scale"):
         GamePufferEnv("head_on", reward_scale=0)
+    for options in ({"reward_scale": "a"}, {"infos": "names"}, {"render_mode": "human"}):
+        with pytest.raises(InputError, match=f"^{next(iter(options))}: is '"):
+            GamePufferEnv("head_on", **options)
     with pytest.raises(InputError, match="is not an option"):
         GamePufferEnv("head_on", speeed="l1")
 

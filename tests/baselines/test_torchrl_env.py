@@ -251,6 +251,8 @@ def test_wrong_uses_are_refused() -> None:
         "is not an option": {"speeed": 1},
         "copies": {"copies": 0},
         "observation": {"observation": "sonar"},
+        "^render_mode: is 'rgb_array'; leave it out": {"render_mode": "rgb_array"},
+        "^infos: is 'names'; leave it out": {"infos": "names"},
         "put every agent in one group": {"group_map": {"a": ["agent_0"]}},
     }.items():
         with pytest.raises(InputError, match=problem):

@@ -56,6 +56,7 @@ def test_a_refused_step_leaves_no_trace() -> None:
         np.array(["2020-01-01", "2020-01-02"], dtype="M8[D]"),
         np.array([1, 2], dtype="m8[s]"),
         np.array([None, 1], dtype=object),
+        [10**400, 0],
     ],
     ids=repr,
 )

@@ -97,6 +97,18 @@ def test_any_game_has_an_id_and_files_are_given_by_path(tmp_path: Path) -> None:
         assert len(gymnasium.make(gymnasium_id("game"), game=given).unwrapped.game.agents) == 4
 
 
+def test_the_id_of_any_game_has_the_default_of_the_views() -> None:
+    assert gymnasium.make("ppg/Game-v0").unwrapped.game == make_game("opposing")
+    assert gymnasium.make_vec("ppg/Game-v0", 2).unwrapped.game == make_game("opposing")
+
+
+def test_an_unknown_option_is_answered_with_each_name_once() -> None:
+    with pytest.raises(InputError, match=r"^bogus: is not an option") as caught:
+        gymnasium.make("ppg/HeadOn-v0", bogus=1)
+    names = str(caught.value).split("use one of ")[1].rstrip(".").split(", ")
+    assert len(names) == len({*names})
+
+
 @needs_registry
 def test_unknown_arguments_are_refused_by_name() -> None:
     with pytest.raises(InputError, match="m: is not an option"):
