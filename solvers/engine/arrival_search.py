@@ -28,7 +28,7 @@ from math import inf, isfinite
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.earliest_way import earliest_way, has_walls
+from ppg_env.game.earliest_way import earliest_way, fewest_steps, has_walls
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
@@ -49,6 +49,10 @@ FIRST_LOOK = 300
 
 WAYS_AFTER = 500
 """Linear programs without a plan before ways of all movers are looked for."""
+
+MANY_BODIES = 20
+"""Encounters of a single mover among walls beyond which ways are looked for first: programs are
+large."""
 
 ADVICE_AFTER = 3000
 """Linear programs before a search that goes on asks its caller for plans."""
@@ -88,10 +92,17 @@ def engine_search(
     incumbent = None
     if given is not None:
         incumbent = price(objective, {i: given[i].controls for i in movers}, others)
+    crowded = _is_confined(subproblem, "instants") and len(subproblem.encounters) > MANY_BODIES
+    if incumbent is None and crowded:
+        incumbent = find_joint_plans(subproblem, budget)
     if incumbent is not None:
         on_progress("value", incumbent.value)
     earliest = {i: int(t or 0) for i, t in first.items()}
-    if _is_confined(subproblem) and any(earliest.values()):
+    if incumbent is not None and crowded:
+        for i, t in earliest.items():
+            if t != incumbent.profile[i].arrival:
+                earliest[i] = fewest_steps(objective.game, i) or t
+    elif _is_confined(subproblem) and any(earliest.values()):
         child = budget.child(FIRST_LOOK)
         look = _ArrivalSearch(subproblem, incumbent, child, on_progress)
         result = look.run(earliest)
@@ -105,7 +116,7 @@ def engine_search(
             if ways.earliest is None:
                 return SearchResult(Status.INFEASIBLE, inf)
             earliest[mover], incumbent = ways.earliest, ways.plans
-            if incumbent is None and not budget.out:
+            if incumbent is None and not crowded and not budget.out:
                 incumbent = find_joint_plans(subproblem, budget)
             if incumbent is not None:
                 on_progress("value", incumbent.value)
@@ -113,10 +124,15 @@ def engine_search(
     return search.run(earliest)
 
 
-def _is_confined(subproblem: Subproblem) -> bool:
-    """Return whether there is a single mover, among walls that it cannot jump over."""
+def _is_confined(subproblem: Subproblem, *also: str) -> bool:
+    """Return whether there is a single mover, among walls that it cannot jump over.
+
+    Other kinds of collisions ``also`` count.
+    """
     game, movers = subproblem.game, subproblem.movers
-    return game.collisions == "swept" and len(movers) == 1 and has_walls(game, movers[0])
+    return (
+        game.collisions in ("swept", *also) and len(movers) == 1 and has_walls(game, movers[0])
+    )
 
 
 class _ArrivalSearch:
