@@ -22,7 +22,7 @@ from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.joint_ways import JointWays
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
-from solvers.engine.way_grid import LIMIT, MOST_POINTS, WayGrid, lengths_from_rest
+from solvers.engine.way_grid import IN_SPACE, LIMIT, MOST_POINTS, WayGrid, lengths_from_rest
 from solvers.engine.way_improvement import WayImprovement
 from solvers.pricing import PricedProfile, price
 
@@ -44,7 +44,7 @@ ENOUGH_TIME = 0.35
 MARGIN = 2.0
 """Room around starts, goals and bodies, in sizes of the largest body."""
 
-MOST_DIMENSIONS = 2
+MOST_DIMENSIONS = 3
 """Points fill spaces of more dimensions too thinly."""
 
 
@@ -98,7 +98,7 @@ def _ways(
                 agility,
                 swept=game.collisions == "swept",
                 stays=game.on_goal == "stay",
-                most=MOST_POINTS if len(subproblem.movers) > 1 else LIMIT,
+                most=_most_points(subproblem),
             )
         )
         if budget.out or not np.isfinite(grids[-1].left[0, 0]):
@@ -121,6 +121,13 @@ def _ways(
             if name not in made:
                 made.add(name)
                 yield better
+
+
+def _most_points(subproblem: Subproblem) -> int:
+    """Return the number of points that regular lines may add up to, for each mover."""
+    if subproblem.game.dim > 2:
+        return IN_SPACE
+    return MOST_POINTS if len(subproblem.movers) > 1 else LIMIT
 
 
 def _region(subproblem: Subproblem) -> tuple[np.ndarray, np.ndarray]:

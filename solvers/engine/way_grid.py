@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from math import inf
+from math import inf, prod
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from ppg_env.game.workspace import workspace_limits, workspace_rows
 
 MOST_POINTS, LIMIT = 1500, 6000
 """Points of one agent before the search for ways of several becomes slow, and at most."""
+
+IN_SPACE = 15_000
+"""Points in three dimensions."""
 
 PER_STEP = (3.0, 2.0, 1.0, 0.5)
 """Lines per step, of which the largest affordable number is taken."""
@@ -106,6 +109,8 @@ class WayGrid:
         places = ~rows[:, d:].any(axis=1)
         for count in PER_STEP:
             axes = [self._lines(k, low[k], high[k], count) for k in range(d)]
+            if d > 2 and count > min(PER_STEP) and prod(map(len, axes)) > 4 * self._most:
+                continue
             points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, d)
             free = (points @ rows[places, :d].T <= limits[places] + tol.LENGTH).all(axis=1)
             for body in self._rest:
@@ -114,7 +119,7 @@ class WayGrid:
             if len(points) <= self._most:
                 break
         known = (np.abs(points[:, None] - ends) <= tol.LENGTH).all(axis=2).any(axis=1)
-        return np.concatenate([ends, points[~known][:LIMIT]])
+        return np.concatenate([ends, points[~known][: max(LIMIT, self._most)]])
 
     def _lines(self, k: int, low: float, high: float, count: float) -> np.ndarray:
         """Return the coordinates of lines across axis ``k``, ``count`` of them per step."""

@@ -32,7 +32,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
-from solvers.engine.joint_plans import find_joint_plans
+from solvers.engine.joint_plans import MOST_DIMENSIONS, find_joint_plans
 from solvers.engine.presolve import Subproblem
 from solvers.equilibrium.attempts import Attempts
 from solvers.equilibrium.dynamics_run import FIRST_EFFORT, DynamicsRun, Purpose
@@ -161,7 +161,8 @@ def run_dynamics(
     for effort in (FIRST_EFFORT, ENTRY_EFFORT):
         for number, entry in enumerate(entries):
             if effort == FIRST_EFFORT and number == before_ways:
-                attempts.looked_for_ways, plans = True, _along_ways(rule, whole)
+                attempts.looked_for_ways = rule.game.dim <= MOST_DIMENSIONS
+                plans = _along_ways(rule, whole)
                 if plans is not None:
                     return run(Entry(plans), None)
             if effort > FIRST_EFFORT and attempts.excluded(entry):
