@@ -41,7 +41,9 @@ def least_steps(agent: Agent, bodies: Sequence[Barrier], horizon: int) -> int | 
     agent between steps, too.
     """
     polygons = [p for body in bodies if (p := _shrunk(body)) is not None]
-    corners = np.concatenate([np.array([agent.start[:2], agent.goal[:2]]), *(p[0] for p in polygons)])
+    corners = np.concatenate(
+        [np.array([agent.start[:2], agent.goal[:2]]), *(p[0] for p in polygons)]
+    )
     covered = np.zeros(len(corners), dtype=bool)
     for _, normals, offsets in polygons:
         covered |= (corners @ normals.T - offsets < -DEPTH).all(axis=1)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from math import inf, prod
+from math import inf
 
 import numpy as np
 
@@ -29,7 +29,7 @@ IN_SPACE = 15_000
 """Points in three dimensions."""
 
 PER_STEP = (3.0, 2.0, 1.0, 0.5)
-"""Lines per step, of which the largest affordable number is taken."""
+"""Lines per step, of which the largest affordable number is taken; at most one in space."""
 
 DETAIL = 1e-3
 """Weight of the distance where it decides between points with as many steps left."""
@@ -107,10 +107,8 @@ class WayGrid:
         ends = np.array([agent.start[:d], agent.goal[:d]])
         rows, limits = workspace_rows(agent), workspace_limits(agent, horizon).max(axis=0)
         places = ~rows[:, d:].any(axis=1)
-        for count in PER_STEP:
+        for count in PER_STEP[2 * (d > 2) :]:
             axes = [self._lines(k, low[k], high[k], count) for k in range(d)]
-            if d > 2 and count > min(PER_STEP) and prod(map(len, axes)) > 4 * self._most:
-                continue
             points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, d)
             free = (points @ rows[places, :d].T <= limits[places] + tol.LENGTH).all(axis=1)
             for body in self._rest:
