@@ -1,10 +1,13 @@
 r"""The shortest way around bodies at rest in the plane, as a lower bound on the steps it takes.
 
 During a step, both ends are on the outer side of one face of each body, so the mean moves along a
-path of segments that enters no body.  The time of a displacement d is  max_f a_f'd / longest_f  with
-the longest step along each direction.  This is a gauge: a straight segment takes no longer than
-any other way between its ends, so some quickest way bends at corners only, and Dijkstra's method
-finds it among the corners that see each other.
+path of segments that enters no body.  The time of a displacement d is
+
+    max over directions a of  a'd / (longest step along a).
+
+This is a gauge: a straight segment takes no longer than any other way between its ends, so some
+quickest way bends at corners only.  Dijkstra's method finds it among the corners that see each
+other.
 
 Bodies shrink a little, since means may overlap with them by ``tol.LENGTH`` and miss goals by it.
 """
