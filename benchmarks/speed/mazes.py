@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.library.families.mazes import Cell, tree
 from ppg_env.game.agent import Agent
 from ppg_env.game.game import Game
+from ppg_env.game.obstacle import Obstacle
 from ppg_env.game.polytope import Polytope
 
 SIZE, HORIZON = 9, 40
@@ -26,17 +27,18 @@ def nine_by_nine(seed: int) -> Game:
     far = _distances(doors)
     goal = max((cell for cell in far if far[cell] <= LONGEST), key=lambda cell: (far[cell], cell))
     body, control = Polytope.box([0.55, 0.55]), Polytope.l1(1.0)
-    agent = Agent(np.zeros(2), np.array(goal, dtype=float), body, control, 0.8, 0.5, 0.0)
+    ends, still = (np.zeros(2), np.array(goal, dtype=float)), np.zeros((2, 2))
+    agent = Agent(*ends, body, control, lam=0.8, gain=0.5 * np.eye(2), noise=still)
     low, high = -0.5, SIZE - 0.5
     sides = [(low, high), (low, low - 0.6), (high, high + 0.6)]
     walls = [_box(x, y) for x, y in ((sides[1], sides[0]), (sides[2], sides[0]))]
     walls += [_box(x, y) for x, y in ((sides[0], sides[1]), (sides[0], sides[2]))]
-    for cell in product(range(SIZE), repeat=2):
-        for axis in (0, 1):
-            other = (cell[0] + (axis == 0), cell[1] + (axis == 1))
-            if max(other) < SIZE and frozenset((cell, other)) not in doors:
-                walls.append(_between(cell, axis))
-    return Game((agent,), tuple(walls), HORIZON, objective="risk", collisions="swept")
+    for x, y in product(range(SIZE), repeat=2):
+        for axis, other in enumerate(((x + 1, y), (x, y + 1))):
+            if max(other) < SIZE and frozenset(((x, y), other)) not in doors:
+                walls.append(_between((x, y), axis))
+    obstacles = tuple(Obstacle(wall) for wall in walls)
+    return Game((agent,), obstacles, HORIZON, objective="risk", collisions="swept")
 
 
 def _distances(doors: set[frozenset[Cell]]) -> dict[Cell, int]:

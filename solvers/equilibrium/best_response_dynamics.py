@@ -15,7 +15,7 @@ Without a given start, several are tried until one lets all agents find a plan:
 5. plans of low potential.
 
 Each has its share of linear programs, so that results do not depend on the machine.  Among walls
-and with a time limit, ways come first if there are more than two agents.
+and with a time limit, ways come first.
 
 Proofs are costly and early ones are soon out of date, so responses begin with few linear programs,
 and the number grows once no agent gains.  Proofs that stay valid
@@ -52,7 +52,7 @@ POTENTIAL_EFFORT = 50_000
 BEFORE_WAYS = 2
 """Starts that are tried before ways of all agents past each other are looked for."""
 
-MOST_BEFORE_WAYS = 2
+MOST_BEFORE_WAYS = 1
 """With more agents than this among walls, ways come first if there is a time limit: entries would
 be cut at a time that is never the same, and so would be the plans."""
 
