@@ -23,9 +23,11 @@ def price_report(
     """
     from solvers.optimum.joint import social_optimum
 
+    cheapest = min(evaluations, key=lambda evaluation: evaluation.social_cost)
     with working("social optimum") as status:
         optimum = social_optimum(
             game,
+            start=cheapest.profile,
             solver=planner.solver,
             time_limit=planner.time_limit,
             seed=planner.seed,

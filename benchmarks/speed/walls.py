@@ -1,4 +1,4 @@
-"""First plans and proofs among walls: games of the library, in CPU seconds on one core."""
+"""First plans and proofs among walls: the library's games and mazes, in CPU seconds."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from time import process_time
 
 from benchmarks.library.instance import instances
 from benchmarks.speed.environment import on_one_core
+from benchmarks.speed.mazes import nine_by_nine
 from benchmarks.speed.measurement import Measurement
 from ppg_env.game.game import Game
 from solvers.optimum.joint import social_optimum
@@ -23,6 +24,9 @@ GAMES = (
 )
 """All mazes for one agent, three cars that merge, and two agents and an alcove."""
 
+MAZES = 3
+"""Mazes of 9 x 9 cells."""
+
 FIRST, PROOF = 5.0, 60.0
 """Targets in seconds; the second one is the time limit, too."""
 
@@ -33,6 +37,8 @@ def measurements(*, quick: bool = False, seed: int = 0) -> Iterator[Measurement]
     with on_one_core():
         for name in GAMES[:1] if quick else GAMES:
             yield from _measured(name, games[name].game)
+        for number in () if quick else range(MAZES):
+            yield from _measured(f"maze of 9 x 9 cells {number}", nine_by_nine(number))
 
 
 def _measured(name: str, game: Game) -> Iterator[Measurement]:

@@ -59,7 +59,7 @@ class Cells:
         for normal, limit, largest in zip(normals, limits.tolist(), most.tolist(), strict=True):
             if largest <= limit + SLACK:
                 continue
-            result |= self._along(normal, everywhere, -1) > limit + SLACK
+            result |= self.along(normal, everywhere, -1) > limit + SLACK
         return result
 
     def block(
@@ -76,10 +76,10 @@ class Cells:
         inside = np.ones(tuple(part.stop - part.start for part in window), dtype=bool)
         for normal, offset in zip(*collision.faces, strict=True):
             limit = float(offset + (shifts @ normal).min()) - SLACK
-            inside &= self._along(normal, window, part) < limit
+            inside &= self.along(normal, window, part) < limit
         blocked[window] |= inside
 
-    def _along(self, normal: np.ndarray, window: tuple[slice, ...], side: float) -> np.ndarray:
+    def along(self, normal: np.ndarray, window: tuple[slice, ...], side: float) -> np.ndarray:
         """Return the largest (``side`` 1) or smallest (-1) normal . x in each cell of a window."""
         total = np.zeros(())
         for k, part in enumerate(window):

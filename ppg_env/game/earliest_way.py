@@ -1,7 +1,7 @@
 """Lower bounds on arrivals among obstacles, and proofs that goals are out of reach.
 
-Bodies that rest close ways (:mod:`ppg_env.game.free_space`), bodies that move pass over goals
-(:mod:`ppg_env.game.goal_hits`).
+Bodies that rest close ways (:mod:`ppg_env.game.free_space`) and make them long
+(:mod:`ppg_env.game.geodesic`), bodies that move pass over goals (:mod:`ppg_env.game.goal_hits`).
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import numpy as np
 from ppg_env.game.barriers import barriers, starts_at_goal
 from ppg_env.game.free_space import MOST_CELLS, FreeSpace
 from ppg_env.game.game import Game
+from ppg_env.game.geodesic import least_steps
 from ppg_env.game.goal_hits import hit_arrivals
 from ppg_env.game.reachability import earliest_arrival
+from ppg_env.game.step_grid import least_hops
 
 
 @lru_cache(maxsize=1024)
@@ -32,9 +34,30 @@ def earliest_way(game: Game, index: int) -> int | None:
         bodies = [body for body in barriers(game, index, {}) if body.rests]
         later = next(FreeSpace(game, index, bodies).arrivals(), None)
         first = None if later is None else max(first, later)
+        if first is not None and game.collisions == "swept" and game.dim == 2:
+            around = least_steps(game.agents[index], bodies, game.horizon)
+            first = None if around is None else max(first, around)
     if first is None or hit[first:].all():
         return None
     return first + int(np.argmin(hit[first:]))
+
+
+@lru_cache(maxsize=256)
+def fewest_steps(game: Game, index: int) -> int | None:
+    """Return :func:`earliest_way`, or a larger bound that sees each step of a way around corners.
+
+    It takes about two seconds among many bodies.
+    """
+    first = earliest_way(game, index)
+    if not first or game.collisions != "swept" or game.dim != 2 or not has_walls(game, index):
+        return first
+    bodies = [body for body in barriers(game, index, {}) if body.rests]
+    space = FreeSpace(game, index, bodies)
+    if space.cells is None:
+        return None
+    kernel = space.longest_kernel(space.cells)
+    hops = least_hops(space.cells, space.bodies, kernel, space.start, space.goal)
+    return None if hops is None or hops > game.horizon else max(first, hops)
 
 
 def sealed(game: Game, index: int) -> bool:

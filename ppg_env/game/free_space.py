@@ -267,6 +267,10 @@ class FreeSpace:
         """Return the :meth:`kernel` of step t."""
         return self.kernel(cells, self._lengths[t])
 
+    def longest_kernel(self, cells: Cells) -> np.ndarray:
+        """Return the :meth:`kernel` of the longest step along each direction."""
+        return self.kernel(cells, self._lengths.max(axis=0))
+
     def kernel(self, cells: Cells, lengths: np.ndarray) -> np.ndarray:
         """Return the mask of displacements between cells within ``lengths``, none in its middle.
 

@@ -28,12 +28,13 @@ from math import inf, isfinite
 import numpy as np
 
 from ppg_env import tolerances as tol
-from ppg_env.game.earliest_way import earliest_way, has_walls
+from ppg_env.game.earliest_way import earliest_way
 from ppg_env.game.objective import Objective
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.engine.arrival_queue import ArrivalQueue
 from solvers.engine.branch_and_bound import BranchAndBound
+from solvers.engine.confinement import arrives_at, counted_steps, is_confined, is_crowded
 from solvers.engine.cuts import CutPool, CutsAtArrivals
 from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.joint_plans import find_joint_plans
@@ -88,35 +89,36 @@ def engine_search(
     incumbent = None
     if given is not None:
         incumbent = price(objective, {i: given[i].controls for i in movers}, others)
+    crowded = is_crowded(subproblem)
+    if incumbent is None and crowded:
+        incumbent = find_joint_plans(subproblem, budget)
     if incumbent is not None:
         on_progress("value", incumbent.value)
     earliest = {i: int(t or 0) for i, t in first.items()}
-    if _is_confined(subproblem) and any(earliest.values()):
-        child = budget.child(FIRST_LOOK)
+    if crowded:
+        earliest = counted_steps(subproblem, earliest, incumbent)
+    if is_confined(subproblem) and any(earliest.values()) and not arrives_at(incumbent, earliest):
+        child = budget.child(0 if crowded else FIRST_LOOK)
         look = _ArrivalSearch(subproblem, incumbent, child, on_progress)
         result = look.run(earliest)
         budget.charge(child)
         incumbent = look.incumbent
         if result.status in (Status.OPTIMAL, Status.INFEASIBLE) or budget.out:
             return result
-        if incumbent is None:
+        if incumbent is None or crowded:
             (mover,) = movers
             ways = find_first_plans(subproblem, earliest[mover], budget)
             if ways.earliest is None:
                 return SearchResult(Status.INFEASIBLE, inf)
-            earliest[mover], incumbent = ways.earliest, ways.plans
-            if incumbent is None and not budget.out:
-                incumbent = find_joint_plans(subproblem, budget)
-            if incumbent is not None:
+            earliest[mover], plans = ways.earliest, ways.plans
+            if incumbent is None and plans is None and not crowded and not budget.out:
+                plans = find_joint_plans(subproblem, budget)
+            if plans is not None and (incumbent is None or plans.value < incumbent.value):
+                incumbent = plans
                 on_progress("value", incumbent.value)
+        earliest = counted_steps(subproblem, earliest, incumbent)
     search = _ArrivalSearch(subproblem, incumbent, budget, on_progress, advise)
     return search.run(earliest)
-
-
-def _is_confined(subproblem: Subproblem) -> bool:
-    """Return whether there is a single mover, among walls that it cannot jump over."""
-    game, movers = subproblem.game, subproblem.movers
-    return game.collisions == "swept" and len(movers) == 1 and has_walls(game, movers[0])
 
 
 class _ArrivalSearch:

@@ -13,6 +13,7 @@ from itertools import chain
 
 import numpy as np
 
+from ppg_env import tolerances as tol
 from ppg_env.game.agent import Agent
 from ppg_env.game.barriers import barriers
 from ppg_env.game.free_space import FreeSpace
@@ -21,7 +22,7 @@ from solvers.engine.fixed_arrival_lp import FixedProgram
 from solvers.engine.joint_ways import JointWays
 from solvers.engine.node_lp import Relaxation
 from solvers.engine.presolve import Subproblem, presolve_encounters
-from solvers.engine.way_grid import WayGrid, lengths_from_rest
+from solvers.engine.way_grid import IN_SPACE, LIMIT, MOST_POINTS, WayGrid, lengths_from_rest
 from solvers.engine.way_improvement import WayImprovement
 from solvers.pricing import PricedProfile, price
 
@@ -43,7 +44,7 @@ ENOUGH_TIME = 0.35
 MARGIN = 2.0
 """Room around starts, goals and bodies, in sizes of the largest body."""
 
-MOST_DIMENSIONS = 2
+MOST_DIMENSIONS = 3
 """Points fill spaces of more dimensions too thinly."""
 
 
@@ -97,10 +98,13 @@ def _ways(
                 agility,
                 swept=game.collisions == "swept",
                 stays=game.on_goal == "stay",
+                most=_most_points(subproblem),
             )
         )
         if budget.out or not np.isfinite(grids[-1].left[0, 0]):
             return
+    if len(grids) == 1 and (shortest := grids[0].way_past([])) is not None:
+        yield [shortest]
     search = JointWays(game, subproblem.movers, grids)
     costs = subproblem.objective.time[list(subproblem.movers)].tolist()
     improvement = WayImprovement(game, subproblem.movers, grids, costs, budget)
@@ -117,6 +121,13 @@ def _ways(
             if name not in made:
                 made.add(name)
                 yield better
+
+
+def _most_points(subproblem: Subproblem) -> int:
+    """Return the number of points that regular lines may add up to, for each mover."""
+    if subproblem.game.dim > 2:
+        return IN_SPACE
+    return MOST_POINTS if len(subproblem.movers) > 1 else LIMIT
 
 
 def _region(subproblem: Subproblem) -> tuple[np.ndarray, np.ndarray]:
@@ -165,6 +176,8 @@ def _plans_along(
     arrivals = {i: len(way) - 1 for i, way in zip(subproblem.movers, ways, strict=True)}
     if budget.out or max(arrivals.values()) > game.horizon:
         return None
+    if len(ways) == 1 and (followed := _followed(subproblem, ways[0])) is not None:
+        return followed
     presolved = presolve_encounters(subproblem, subproblem.encounters, arrivals)
     if presolved is None:
         return None
@@ -177,3 +190,17 @@ def _plans_along(
     if point is None:
         return None
     return price(subproblem.objective, program.controls_at(point), subproblem.given)
+
+
+def _followed(subproblem: Subproblem, way: np.ndarray) -> PricedProfile | None:
+    """Return the plans of the only mover on the way itself, if they lose nothing but time."""
+    (mover,), game, end = subproblem.movers, subproblem.game, len(way) - 1
+    agent = game.agents[mover]
+    if agent.state_dim != game.dim:
+        return None
+    controls = np.zeros((game.horizon, agent.control_dim))
+    pushes = (way[1:] - way[:-1] @ agent.A.T).T
+    controls[:end] = np.linalg.lstsq(agent.B, pushes, rcond=None)[0].T
+    priced = price(subproblem.objective, {mover: controls}, subproblem.given)
+    least = float(subproblem.objective.time[mover]) * end
+    return None if priced is None or priced.value > least + tol.IMPROVEMENT else priced

@@ -22,11 +22,14 @@ from ppg_env.game.reachability import reach_upper
 from ppg_env.game.step_lengths import position_box, step_directions
 from ppg_env.game.workspace import workspace_limits, workspace_rows
 
-MOST_POINTS = 1500
-"""Points of one agent before the search for ways becomes slow."""
+MOST_POINTS, LIMIT = 1500, 6000
+"""Points of one agent before the search for ways of several becomes slow, and at most."""
+
+IN_SPACE = 15_000
+"""Points in three dimensions."""
 
 PER_STEP = (3.0, 2.0, 1.0, 0.5)
-"""Lines per step, of which the largest affordable number is taken."""
+"""Lines per step, of which the largest affordable number is taken; at most one in space."""
 
 DETAIL = 1e-3
 """Weight of the distance where it decides between points with as many steps left."""
@@ -46,6 +49,7 @@ class WayGrid:
     bodies : the bodies that the agent meets, of which those at rest close steps.
     region : lowest and highest position (d,) of all points.
     agility : number of steps after which speeds from rest are allowed.
+    most : number of points that the regular lines may add up to.
 
     Attributes
     ----------
@@ -65,8 +69,9 @@ class WayGrid:
         *,
         swept: bool,
         stays: bool,
+        most: int = MOST_POINTS,
     ) -> None:
-        self._agent, self._swept = agent, swept
+        self._agent, self._swept, self._most = agent, swept, most
         self._rest = [body for body in bodies if body.rests]
         self.moving = [MovingBody(body, swept, stays) for body in bodies if not body.rests]
         self._directions = step_directions(agent)
@@ -102,17 +107,17 @@ class WayGrid:
         ends = np.array([agent.start[:d], agent.goal[:d]])
         rows, limits = workspace_rows(agent), workspace_limits(agent, horizon).max(axis=0)
         places = ~rows[:, d:].any(axis=1)
-        for count in PER_STEP:
+        for count in PER_STEP[2 * (d > 2) :]:
             axes = [self._lines(k, low[k], high[k], count) for k in range(d)]
             points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, d)
             free = (points @ rows[places, :d].T <= limits[places] + tol.LENGTH).all(axis=1)
             for body in self._rest:
                 free &= _clear(body, points).any(axis=1)
             points = points[free]
-            if len(points) <= MOST_POINTS:
+            if len(points) <= self._most:
                 break
         known = (np.abs(points[:, None] - ends) <= tol.LENGTH).all(axis=2).any(axis=1)
-        return np.concatenate([ends, points[~known][:MOST_POINTS]])
+        return np.concatenate([ends, points[~known][: max(LIMIT, self._most)]])
 
     def _lines(self, k: int, low: float, high: float, count: float) -> np.ndarray:
         """Return the coordinates of lines across axis ``k``, ``count`` of them per step."""

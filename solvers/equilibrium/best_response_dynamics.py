@@ -15,7 +15,7 @@ Without a given start, several are tried until one lets all agents find a plan:
 5. plans of low potential.
 
 Each has its share of linear programs, so that results do not depend on the machine.  Among walls
-and with a time limit, ways come first if there are more than two agents.
+and with a time limit, ways come first.
 
 Proofs are costly and early ones are soon out of date, so responses begin with few linear programs,
 and the number grows once no agent gains.  Proofs that stay valid
@@ -32,7 +32,7 @@ from ppg_env.game.game import Game
 from ppg_env.game.plan import Profile
 from solvers.budget import Budget
 from solvers.dispatch import ENGINE, check_solver, minimise
-from solvers.engine.joint_plans import find_joint_plans
+from solvers.engine.joint_plans import MOST_DIMENSIONS, find_joint_plans
 from solvers.engine.presolve import Subproblem
 from solvers.equilibrium.attempts import Attempts
 from solvers.equilibrium.dynamics_run import FIRST_EFFORT, DynamicsRun, Purpose
@@ -52,7 +52,7 @@ POTENTIAL_EFFORT = 50_000
 BEFORE_WAYS = 2
 """Starts that are tried before ways of all agents past each other are looked for."""
 
-MOST_BEFORE_WAYS = 2
+MOST_BEFORE_WAYS = 1
 """With more agents than this among walls, ways come first if there is a time limit: entries would
 be cut at a time that is never the same, and so would be the plans."""
 
@@ -161,7 +161,8 @@ def run_dynamics(
     for effort in (FIRST_EFFORT, ENTRY_EFFORT):
         for number, entry in enumerate(entries):
             if effort == FIRST_EFFORT and number == before_ways:
-                attempts.looked_for_ways, plans = True, _along_ways(rule, whole)
+                attempts.looked_for_ways = rule.game.dim <= MOST_DIMENSIONS
+                plans = _along_ways(rule, whole)
                 if plans is not None:
                     return run(Entry(plans), None)
             if effort > FIRST_EFFORT and attempts.excluded(entry):

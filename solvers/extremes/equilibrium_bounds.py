@@ -113,7 +113,8 @@ class _Search:
             known = collect_equilibria(self._game, runs=runs, seed=seed, time_limit=each)
         self._sampled = self._certified(known)
         share = None if limit is None else OPTIMUM_SHARE * limit
-        optimum = social_optimum(self._game, time_limit=share, seed=seed)
+        start = self._sampled[0].solution.profile if self._sampled else None
+        optimum = social_optimum(self._game, start=start, time_limit=share, seed=seed)
         self._optimum = Between(max(optimum.bound, 0.0), optimum.value)
         self._progress(self.result)
 

@@ -62,15 +62,18 @@ def descent(
     seed: int = 0,
     on_progress: Callable[[float], None] = lambda value: None,
     on_start: Callable[[], None] = lambda: None,
+    known: PricedProfile | None = None,
 ) -> PricedProfile | None:
     """Return a profile of low potential under ``rule``, which must have a potential.
 
     The result is None if no profile was found.  ``on_progress`` is called with the value of every
-    improvement, ``on_start`` between the first plans and the search for better ones.
+    improvement, ``on_start`` between the first plans and the search for better ones, which begins
+    with plans that are ``known`` if they cost less.
     """
     search = _Descent(rule, solver, budget, seed, on_progress)
     search.start()
     on_start()
+    search.accept(known)
     if search.best is not None:
         search.run()
     return search.best
@@ -122,7 +125,7 @@ class _Descent:
         options = {"start": None if self.best is None else self.best.profile} | options
         solution = run_dynamics(rule, self.solver, Budget(share.left), **options)
         if solution.profile is not None:
-            self._accept(price_profile(self.objective, solution.profile))
+            self.accept(price_profile(self.objective, solution.profile))
         return solution
 
     def run(self) -> None:
@@ -147,9 +150,9 @@ class _Descent:
             limit = current.value + left * self.random.exponential()
             moved = price_profile(self.objective, profile)
             if moved is not None and moved.value <= limit:
-                current = self.incumbent if self._accept(moved) else moved
+                current = self.incumbent if self.accept(moved) else moved
 
-    def _accept(self, candidate: PricedProfile | None) -> bool:
+    def accept(self, candidate: PricedProfile | None) -> bool:
         """Refine a profile and make it the incumbent if it costs less; return whether it does."""
         if candidate is None:
             return False
@@ -203,4 +206,4 @@ class _Descent:
         self.budget.charge(child)
         if joint.profile is None:
             return False
-        return self._accept(price_profile(self.objective, joint.profile))
+        return self.accept(price_profile(self.objective, joint.profile))

@@ -19,7 +19,7 @@ from solvers.engine.refine import refine
 from solvers.equilibrium.best_response_dynamics import run_dynamics
 from solvers.equilibrium.dynamics_run import FIRST_EFFORT, UNPROVED_EFFORT, Purpose
 from solvers.liability import Liability, make_rule
-from solvers.pricing import price_profile
+from solvers.pricing import PricedProfile, price_profile
 from solvers.solution import Solution
 
 MOST_DIRECT = 3
@@ -37,23 +37,33 @@ EQUILIBRIUM_SHARE, WALLED_SHARE = 0.5, 0.85
 
 
 def first_plans(
-    rule: Liability, walled: bool, budget: Budget, on_value: Callable[[float], None]
+    rule: Liability,
+    walled: bool,
+    budget: Budget,
+    on_value: Callable[[float], None],
+    known: PricedProfile | None = None,
 ) -> Profile | None:
     """Return plans of all agents where the exact search may take long to find some.
 
-    Without walls the search asks for them once it has become long.
+    Without walls the search asks for them once it has become long.  Plans that are ``known`` take
+    the place of selfish responses.
     """
+    start = None if known is None else known.profile
     if len(rule.game.agents) <= MOST_DIRECT and not walled:
-        return None
+        return start
     best, purpose = _Cheapest(rule.potential, on_value), Purpose(jointly=False)
+    best.accept(start)
     if walled:
-        selfish = equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept)
-        best.accept(selfish.profile)
+        settled = start is not None
+        if start is None:
+            selfish = equilibrium_plans(rule.game, budget, WALLED_SHARE, MOST_SWEEPS, best.accept)
+            best.accept(selfish.profile)
+            settled = _settled(selfish)
         best.refine(budget)
         if best.profile is None or budget.out or rule.charge == "selfish":
             return best.profile
         if budget.limit is not None:
-            effort = UNPROVED_EFFORT if _settled(selfish) else FIRST_EFFORT
+            effort = UNPROVED_EFFORT if settled else FIRST_EFFORT
             purpose = replace(purpose, effort=effort, refine_after=1)
     dynamics = run_dynamics(
         rule,

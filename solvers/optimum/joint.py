@@ -29,6 +29,7 @@ from solvers.liability import Liability, make_rule
 from solvers.optimum.annealing import descent
 from solvers.optimum.first_plans import equilibrium_plans, first_plans
 from solvers.optimum.pair_bound import pair_bound
+from solvers.pricing import PricedProfile, price_profile
 from solvers.search_result import Claims, SearchResult, conclude
 from solvers.solution import Solution, Status
 from solvers.units import in_units_of_the_game
@@ -54,6 +55,7 @@ OnProgress = Callable[[str, float], None]
 def social_optimum(
     game: Game,
     *,
+    start: Profile | None = None,
     solver: str = ENGINE,
     time_limit: float | None = None,
     node_limit: int | None = None,
@@ -68,6 +70,9 @@ def social_optimum(
 
     Parameters
     ----------
+    start
+        Plans of all agents that are known, as those of an equilibrium: the result costs no more.
+        They have no effect if they are not feasible, or with another solver than the engine.
     solver, time_limit, node_limit
         Name of the solver; limits on seconds and on linear programs of the engine.  At a limit,
         the solution has the best plans so far and a valid bound.
@@ -75,7 +80,8 @@ def social_optimum(
         Called with every better value and bound.
     """
     rule, budget = make_rule(game, "pigou"), Budget(time_limit, node_limit)
-    return _minimise_potential(rule, "social", "social_cost", solver, budget, seed, progress)
+    known = None if start is None else price_profile(_potential(rule), start)
+    return _minimise_potential(rule, "social", "social_cost", solver, budget, seed, progress, known)
 
 
 @in_units_of_the_game
@@ -116,18 +122,18 @@ def _minimise_potential(
     budget: Budget,
     seed: int,
     progress: OnProgress | None,
+    known: PricedProfile | None = None,
 ) -> Solution:
-    """Minimise the potential of ``rule`` over the plans of all agents."""
-    game, potential = rule.game, rule.potential
-    assert potential is not None
+    """Minimise the potential of ``rule`` over the plans of all agents; some may be ``known``."""
+    game, potential = rule.game, _potential(rule)
     solver, agents = check_solver(solver), tuple(range(len(game.agents)))
     on_progress = progress or (lambda what, value: None)
     on_value = partial(on_progress, "value")
     if len(agents) > MOST_EXACT and solver == ENGINE:
-        result = _approximate(rule, potential, budget, seed, on_progress)
+        result = _approximate(rule, budget, seed, on_progress, known)
     else:
         walled = len(agents) > 1 and any(has_walls(game, i) for i in agents)
-        first = first_plans(rule, walled, budget, on_value) if solver == ENGINE else None
+        first = first_plans(rule, walled, budget, on_value, known) if solver == ENGINE else None
 
         def advise() -> Profile | None:
             return None if walled else equilibrium_plans(game, budget).profile
@@ -150,13 +156,17 @@ def _minimise_potential(
 
 
 def _approximate(
-    rule: Liability, potential: Objective, budget: Budget, seed: int, on_progress: OnProgress
+    rule: Liability,
+    budget: Budget,
+    seed: int,
+    on_progress: OnProgress,
+    known: PricedProfile | None,
 ) -> SearchResult:
     """Return plans by annealing and a bound from pairs, which takes its share of the time.
 
     If annealing finds no plan, the exact search uses the rest of the time.
     """
-    game = rule.game
+    game, potential = rule.game, _potential(rule)
     if any(earliest_way(game, i) is None for i in range(len(game.agents))):
         return SearchResult(Status.UNREACHABLE, float("inf"))
     bound = -np.inf
@@ -167,8 +177,14 @@ def _approximate(
         bound = pair_bound(potential, share, lambda value: on_progress("bound", value))
 
     on_value = partial(on_progress, "value")
-    best = descent(rule, ENGINE, budget, seed, on_value, compute_bound)
+    best = descent(rule, ENGINE, budget, seed, on_value, compute_bound, known)
     if best is None and not budget.out:
         agents = range(len(game.agents))
         return minimise(potential, agents, None, ENGINE, budget, on_progress)
     return conclude(best, Claims(bound, complete=False, detail=APPROXIMATE))
+
+
+def _potential(rule: Liability) -> Objective:
+    """Return the potential of a rule that has one."""
+    assert rule.potential is not None
+    return rule.potential

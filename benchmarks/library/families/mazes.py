@@ -24,7 +24,7 @@ def games() -> Iterator[Draft]:
 
 def _maze(size: int, count: int, seed: int) -> Table:
     generator = np.random.default_rng([size, count, seed])
-    doors = _tree(size, generator)
+    doors = tree(size, generator)
     walls = []
     for x in range(size):
         for y in range(size):
@@ -39,7 +39,7 @@ def _maze(size: int, count: int, seed: int) -> Table:
     return game(2 * size * size + 4, agents, walls)
 
 
-def _tree(size: int, generator: np.random.Generator) -> set[frozenset[Cell]]:
+def tree(size: int, generator: np.random.Generator) -> set[frozenset[Cell]]:
     """Return the doors of a depth-first search from the first room."""
     doors: set[frozenset[Cell]] = set()
     stack: list[Cell] = [(0, 0)]

@@ -55,3 +55,16 @@ def test_no_ways_are_found_when_the_time_is_over() -> None:
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_all_kinds_get_plans(kind: str, seed: int) -> None:
     assert_plans(walled_game(kind, seed))
+
+
+def test_agents_pass_each_other_in_a_tube_in_three_dimensions() -> None:
+    sides = [[9, 1, 3], [9, 1, 3], [9, 4, 1], [9, 4, 1]]
+    places = [[3, 1.5, 0], [3, -1.5, 0], [3, 0, 1], [3, 0, -1]]
+    walls = [
+        Polytope.from_vertices(Polytope.box(size).vertices + np.array(place))
+        for size, place in zip(sides, places, strict=True)
+    ]
+    body, control = Polytope.box([0.9, 0.9, 0.9]), Polytope.box([2.0, 2.0, 2.0])
+    ends = ([0, 0, 0], [6, 0, 0]), ([6, 0, 0], [0, 0, 0])
+    agents = [Agent(a, b, body, control, gain=0.5, noise=0.0) for a, b in ends]
+    assert_plans(Game(tuple(agents), tuple(walls), 12, collisions="swept"))
