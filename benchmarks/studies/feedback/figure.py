@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.figures import new_figure
@@ -26,6 +27,9 @@ FLOOR = 1e-6
 
 Panel = tuple[Estimate, str, str]
 """What is drawn, its label, and the scale of its axis."""
+
+LETTERS = 12
+"""Letters of a title per inch."""
 
 
 def draw_all(games: Games, event: str) -> Mapping[str, Figure]:
@@ -64,7 +68,8 @@ def draw_all(games: Games, event: str) -> Mapping[str, Figure]:
 
 def _draw(games: Games, styles: Styles, panels: list[Panel], title: str) -> Figure:
     """Draw panels side by side, with a group of marks for each game."""
-    figure = new_figure((3.0 + 0.8 * len(games)) * len(panels) ** 0.8, 4.0)
+    width = (3.0 + 0.8 * len(games)) * len(panels) ** 0.8
+    figure = new_figure(width, 4.0)
     grid: Any = figure.subplots(1, len(panels), squeeze=False)
     for axes, (estimate, label, scale) in zip(grid[0], panels, strict=True):
         if "/" in label or "ratio" in label:
@@ -74,7 +79,8 @@ def _draw(games: Games, styles: Styles, panels: list[Panel], title: str) -> Figu
         axes.set_ylabel(label, fontsize=8)
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}\nwith 95 % limits", fontsize=10)
+    lines = [*wrap(title, int(LETTERS * width)), "with 95 % limits"]
+    figure.suptitle("\n".join(lines), fontsize=10)
     return figure
 
 
