@@ -24,9 +24,6 @@ WARM = ("ppo-warm-selfish", "ppo-warm-social")
 PLAYERS = FROM_SCRATCH + WARM
 
 
-_WARM_START = " --warm-start feedback"
-
-
 def available() -> list[Path]:
     """Return every pretrained file."""
     return sorted(FOLDER.glob("*.npz"))
@@ -48,11 +45,11 @@ def pretrained_file(player: str, game: Game) -> Path:
     for path in available():
         if path.stem.endswith(f"-{player}") and _read(path).fits(game):
             return path
+    option = " --warm-start feedback" if player in WARM else ""
     raise InputError(
         player,
         "has not been trained for this game",
-        f"train it with ppg train{_WARM_START if player in WARM else ''}, and name the file that it "
-        "writes as a player",
+        f"train it with ppg train{option}, and name the file that it writes as a player",
     )
 
 

@@ -68,6 +68,7 @@ def mean_action(algorithm: PPO) -> Act:
 
 if __name__ == "__main__":
     torch.manual_seed(1)
+    np.random.seed(1)  # Tianshou draws minibatches from it
     torch.set_num_threads(1)  # the networks are small
     task = read_task(steps=50_000)  # of the learners, in all
     agents = range(len(task.game.agents))
@@ -77,6 +78,7 @@ if __name__ == "__main__":
     for turn in range(ROUNDS * len(agents)):
         i = turn % len(agents)
         envs = DummyVectorEnv([lambda i=i: shaped_env(task, i, acts)] * 8)
+        envs.seed(8 * turn)
         collector = Collector[Any](algorithms[i], envs, VectorReplayBuffer(2048, 8))
         collector.reset()
         algorithms[i].run_training(
