@@ -20,7 +20,7 @@ QUESTION = (
     "Which of the paper's findings on selfish and social plans hold among players that observe all "
     "agents, computed and learned?"
 )
-CHOICE = StudyChoice(("head_on", "intersection"), ("l1",), (0.2, 0.8), episodes=20_000)
+CHOICE = StudyChoice(("head_on", "intersection"), ("l1",), (0.2, 0.5, 0.8), episodes=20_000)
 
 
 def draw(rows: Sequence[StudyRow]) -> Mapping[str, Figure]:

@@ -127,10 +127,12 @@ def test_a_way_around_that_is_very_long_is_not_called_closed():
     assert "raise the horizon further" in solution.advice
 
 
-def test_advice_names_no_horizon_below_that_of_the_game():
+def test_advice_names_a_horizon_above_that_of_the_game_and_not_above_what_is_needed():
     """Fast agents have coarse cells, which show no way of the horizon as too short."""
-    solution = best_response(wall(50.0, 9.0), 0)
-    assert "around the obstacles within the horizon of 10; raise the horizon" in solution.advice
+    game = wall(50.0, 9.0)
+    advice = best_response(game, 0).advice
+    assert "around the obstacles within the horizon of 10; set the horizon to 12 or more" in advice
+    assert best_response(replace(game, horizon=20), 0).evaluation.arrival == (13,)
 
 
 def test_controls_that_lead_away_are_not_called_slow():
