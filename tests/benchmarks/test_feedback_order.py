@@ -1,4 +1,4 @@
-"""No player costs less than the feedback optimum, in paired episodes of the paper's scenarios."""
+"""Feedback optima and equilibria in the paper's scenarios, by paired episodes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from benchmarks.comparison.players import entrant
 from ppg_env import make_game
 from ppg_env.env.episodes import evaluate, mean_interval
 from ppg_env.game.game import Game
+from solvers import best_feedback_response, feedback_equilibrium
 from solvers.planner_options import PlannerOptions
 
 OTHERS = ("feedback-nash", "social", "nash", "receding-social", "receding-nash")
@@ -39,3 +40,16 @@ def test_no_player_costs_less_than_the_feedback_optimum(
         for run, other in enumerate(costs(name, game)):
             gain = mean_interval(least[: len(other)] - other)
             assert gain.low <= 0.0, (name, run, gain)
+
+
+@pytest.mark.nightly
+@pytest.mark.slow
+@pytest.mark.parametrize("agent", [0, 1])
+def test_neither_agent_gains_by_leaving_the_feedback_equilibrium(agent: int) -> None:
+    """Between grid states answers may cycle; the last to choose must not profit from that."""
+    game = make_game("head_on", speed="l1", objective="risk", lam=0.5)
+    players = feedback_equilibrium(game).players()
+    deviating = best_feedback_response(game, agent, players).players()
+    played, alone = (evaluate(game, team, 20_000, seed=5) for team in (players, deviating))
+    gain = mean_interval(played.cost[:, agent] - alone.cost[:, agent])
+    assert gain.low <= 0.01 * played.cost[:, agent].mean()

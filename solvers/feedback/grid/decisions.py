@@ -17,6 +17,9 @@ from solvers.feedback.grid.stage_kernels import NO, YES, ZERO
 SWEEPS = 3
 """Most actions that are chosen in turn, per agent, for one joint decision."""
 
+FINER_TURNS = 4
+"""Refinements of the chosen actions, of both agents in turn."""
+
 
 @njit(cache=True, parallel=True)
 def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
@@ -47,7 +50,8 @@ def decide_jointly(
     """Write the actions ``one``, ``two`` (C, m) of both agents at ``states`` (C, 2, 2).
 
     They start as those of the nearest grid state; then each agent in turn takes the best of its
-    set on its field (K0, K1), until neither changes; both are refined last.
+    set on its field (K0, K1), until neither gains.  Where they go on, the pair of least regret that
+    was met is taken.  Both are refined in turn last.
     """
     for c in prange(states.shape[0]):
         _decide_at(first, second, first_harm, second_harm, first_field, second_field, crash, risk,
@@ -69,38 +73,31 @@ def _decide_at(
     i, j = nearest(first, state[0]), nearest(second, state[1])
     one[:] = first.actions[choice[0, i, j]]
     two[:] = second.actions[choice[1, i, j]]
-    before, unchanged, turn = np.empty(max(one.size, two.size)), 0, 0
+    best_one, best_two, least, turn = one.copy(), two.copy(), np.inf, 0
     advance(second, base[1], two, z)
-    # The last two turns refine the actions of both.
-    while turn < 2 * SWEEPS + 2:
-        finer = turn >= 2 * SWEEPS
-        if turn % 2 == 0:
-            before[: one.size] = one
-            respond_to(first, first_harm, first_field, YES, risk, crash[0], state[0], base[0],
-                       second, state[1], z, not finer, finer, w0, w1, index, weight, window,
-                       one)  # fmt: skip
-            advance(first, base[0], one, y)
-            same = _are_equal(before, one)
-        else:
-            before[: two.size] = two
-            respond_to(second, second_harm, second_field, NO, risk, crash[1], state[1], base[1],
-                       first, state[0], y, not finer, finer, w0, w1, index, weight, window,
-                       two)  # fmt: skip
+    while turn < 2 * SWEEPS + FINER_TURNS:
+        coarse = turn < 2 * SWEEPS
+        if turn == 2 * SWEEPS:
+            one[:], two[:] = best_one, best_two
             advance(second, base[1], two, z)
-            same = _are_equal(before, two)
-        unchanged = unchanged + 1 if same else 1
+        if coarse:
+            was_one, was_two = one.copy(), two.copy()
+        if turn % 2 == 0:
+            gain = respond_to(first, first_harm, first_field, YES, risk, crash[0], state[0],
+                              base[0], second, state[1], z, coarse, not coarse, w0, w1, index,
+                              weight, window, one)  # fmt: skip
+            advance(first, base[0], one, y)
+        else:
+            gain = respond_to(second, second_harm, second_field, NO, risk, crash[1], state[1],
+                              base[1], first, state[0], y, coarse, not coarse, w0, w1, index,
+                              weight, window, two)  # fmt: skip
+            advance(second, base[1], two, z)
+        # The other agent has just answered, so that the gain is the regret of the pair before.
+        if coarse and turn > 0 and gain < least:
+            best_one[:], best_two[:], least = was_one, was_two, gain
         turn += 1
-        if unchanged == 2 and turn < 2 * SWEEPS and turn % 2 == 0:
+        if coarse and turn > 1 and gain <= 0.0:
             turn = 2 * SWEEPS
-
-
-@njit(cache=True)
-def _are_equal(before, action):
-    """Return whether all numbers of ``action`` are those of ``before``."""
-    same = True
-    for q in range(action.size):
-        same = same and before[q] == action[q]
-    return same
 
 
 @njit(cache=True, parallel=True)

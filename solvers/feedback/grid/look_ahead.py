@@ -24,9 +24,11 @@ SHORTEST = 0.1
 
 @njit(cache=True)
 def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best):
-    """Write the best action of the set."""
+    """Write the best action of the set; return by how much it is better than ``best`` was."""
     m, least, chosen = best.size, np.inf, 0
     y, u = np.empty(2), np.empty(m)
+    before = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0,
+                   w1)  # fmt: skip
     for a in range(body.actions.shape[0]):
         for q in range(m):
             u[q] = body.actions[a, q]
@@ -36,6 +38,7 @@ def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w
             least, chosen = value, a
     for q in range(m):
         best[q] = body.actions[chosen, q]
+    return before - least
 
 
 @njit(cache=True)
@@ -110,7 +113,10 @@ def contract(body, field, own_first, base, far, at, w0, w1, index, weight, windo
 @njit(cache=True)
 def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, far_y, coarse,
                finer, w0, w1, index, weight, window, best):  # fmt: skip
-    """Write the best action of ``body`` when the other agent ``far`` goes from x to y."""
+    """Write the best action of ``body`` when the other agent ``far`` goes from x to y.
+
+    Return by how much an action of the set is better than ``best`` was, if they are compared.
+    """
     i0, j0 = contract(body, field, own_first, base, far, far_y, w0, w1, index, weight, window)
     other, reach = np.empty(5), np.empty(4)
     for k in range(2):
@@ -119,7 +125,11 @@ def respond_to(body, harm, field, own_first, risk, crash, x, base, far, far_x, f
     other[4] = -1.0
     if is_near(risk, own_first, x, far_x, reach, far_y):
         other[4] = max(read(far, far.stays, 0, 0, far_y, w0, w1), 0.0)
+    gain = 0.0
     if coarse:
-        search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
+        gain = search(
+            body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best
+        )
     if finer:
         refine(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best)
+    return gain
