@@ -38,6 +38,7 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
     """Write the pairs of actions and their regrets at all states with the first agent at ``x``."""
     one = np.empty(first.cost.shape[1], np.float32)
     two = np.empty(second.cost.shape[1], np.float32)
+    mixed = np.empty(max(choice.shape[1], choice.shape[2]), np.float32)
     for y in range(choice.shape[2]):
         a, b, limit = choice[0, x, y], choice[1, x, y], tolerance[x, y]
         best_a, best_b, least, left = a, b, np.inf, 0.0
@@ -45,11 +46,11 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
             second_moves = (turn % 2 == 0) != swapped
             if second_moves:
                 new = _answer(other_fields, second, first, risk, NO, crash[1], y, x, a,
-                              reach_second, two)  # fmt: skip
+                              reach_second, two, mixed)  # fmt: skip
                 gain = two[b] - two[new]
             else:
                 new = _answer(own_fields, first, second, risk, YES, crash[0], x, y, b,
-                              reach_first, one)  # fmt: skip
+                              reach_first, one, mixed)  # fmt: skip
                 gain = one[a] - one[new]
             # What the other agent could gain is unknown in the first turn.
             if turn > 0 and max(gain, left) < least:
@@ -67,10 +68,10 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
         a, b = choice[0, x, y], choice[1, x, y]
         if least > limit and (best_a != a or best_b != b):
             new = _answer(other_fields, second, first, risk, NO, crash[1], y, x, a,
-                          reach_second, two)  # fmt: skip
+                          reach_second, two, mixed)  # fmt: skip
             gain = two[b] - two[new]
             new = _answer(own_fields, first, second, risk, YES, crash[0], x, y, b, reach_first,
-                          one)  # fmt: skip
+                          one, mixed)  # fmt: skip
             gain = max(gain, one[a] - one[new])
             if gain <= least + limit:
                 best_a, best_b, least = a, b, gain
@@ -78,7 +79,7 @@ def _agree(own_fields, other_fields, first, second, risk, crash, reach_first, re
 
 
 @njit(cache=True, inline="always")
-def _answer(field, own, other, risk, own_first, crash, x, y, b, reach, values):
+def _answer(field, own, other, risk, own_first, crash, x, y, b, reach, values, mixed):
     """Return the best action at ``x`` against action ``b`` at ``y``; write the costs of all."""
     if risk.empty and own.index.shape[2] == 1 and other.index.shape[2] == 1:
         row, chosen = other.index[y, b, 0], 0
@@ -91,5 +92,5 @@ def _answer(field, own, other, risk, own_first, crash, x, y, b, reach, values):
         near = is_near(risk, own_first, own.points[x], other.points[y], reach[x], end)
         chosen, _ = best_move(field, own, risk, own_first, crash, x, other.points[y],
                               other.index[y, b], other.weight[y, b], end, other.stays[y, b], near,
-                              values)  # fmt: skip
+                              values, mixed)  # fmt: skip
     return chosen

@@ -128,7 +128,10 @@ class JointModel:
         if not self.harm(agent, clock).empty:
             lost = self.crash[agent] - moves.at(ahead) * self.risk.removes
             cost += (self._harm_of_moves(agent, clock) * kept * lost).astype(np.float32)
-        return Side(moves.index, moves.weight, moves.ends, kept, cost, points)
+        columns = self.grids[agent].shape[1]
+        return Side(
+            moves.index, moves.weight, moves.ends, kept, cost, points, moves.window, columns
+        )
 
     def _harm_of_moves(self, agent: int, clock: int) -> np.ndarray:
         """Return (K, A) the probability of a crash with an obstacle in each move."""

@@ -1,7 +1,7 @@
 """The actions that dynamic programming tries, and where they lead on a grid.
 
 The actions are a lattice in the control set, aligned with the grid where the dynamics allow it,
-and the set's corners and the middles of its edges where they are not on the lattice.  An action at
+and the set's corners, and the middles of its edges that no other point of the lattice is on.  An action at
 grid point x leads to y = A x + B u, before the noise; values at y are sums over a stencil of 16
 points, or of one if all y are grid points.  States outside the grid count as on its border.
 """
@@ -40,6 +40,7 @@ class Moves:
     index : (K, A, S) grid points of the stencil of y, S = 1 or 16.
     weight : (K, A, S) float32 weights of these points.
     ends : (K, A, 2) float32 states y.
+    window : (K, 4) first and last row, first and last column of the points of all stencils.
     """
 
     actions: np.ndarray
@@ -47,6 +48,7 @@ class Moves:
     index: np.ndarray
     weight: np.ndarray
     ends: np.ndarray
+    window: np.ndarray
 
     @property
     def aligned(self) -> bool:
@@ -66,7 +68,10 @@ def make_moves(mover: Agent, grid: Grid, control: Polytope) -> Moves:
     shape = (grid.size, len(actions), -1)
     cost = (mover.effort * np.abs(actions).sum(axis=1)).astype(np.float32)
     index, weight = index.reshape(shape), weight.reshape(shape)
-    return Moves(actions, cost, index, weight, ends.astype(np.float32))
+    rows, columns = np.divmod(index.reshape(grid.size, -1), grid.shape[1])
+    edges = [f(part, axis=1) for part in (rows, columns) for f in (np.min, np.max)]
+    window = np.stack(edges, axis=1).astype(np.int64)
+    return Moves(actions, cost, index, weight, ends.astype(np.float32), window)
 
 
 def after(mover: Agent, states: np.ndarray, actions: np.ndarray) -> np.ndarray:
@@ -96,12 +101,20 @@ def action_set(mover: Agent, grid: Grid, control: Polytope) -> np.ndarray:
     lattice = np.array(list(product(*counts)))
     lattice = lattice[control.clearance(lattice) <= 1e-9]
     corners = control.vertices
-    middles = (corners + np.roll(corners, -1, axis=0)) / 2 if control.dim == 2 else corners
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2 if control.dim == 2 else corners[:0]
+    inside = _on_faces(lattice, control)
+    touched = inside[inside.sum(axis=1) == 1].any(axis=0)
+    middles = middles[~(_on_faces(middles, control) & touched).any(axis=1)]
     every = np.concatenate(
         [lattice, corners, middles, project(np.zeros_like(corners[:1]), control)]
     )
     every = np.unique(np.round(every, 9) + 0.0, axis=0)
     return every[np.argsort(np.abs(every).sum(axis=1), kind="stable")]
+
+
+def _on_faces(points: np.ndarray, control: Polytope) -> np.ndarray:
+    """Return (P, F) whether each of ``points`` is on each face of ``control``."""
+    return np.abs(points @ control.normals.T - control.offsets) <= 1e-9
 
 
 def action_spacing(actions: np.ndarray, control: Polytope) -> np.ndarray:

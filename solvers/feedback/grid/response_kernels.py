@@ -32,6 +32,7 @@ def respond(field, side, risk, own_first, crash, lam, reach, low, step, shape, p
     for z in prange(out.shape[0]):
         index, weight = np.empty(16, np.int64), np.empty(16)
         w0, w1, values = np.empty(4), np.empty(4), np.empty(side.cost.shape[1], np.float32)
+        mixed = np.empty(out.shape[1], np.float32)
         ends, size = other_end[z], out.shape[1]
         group, kept = np.empty(size, np.int64), np.empty(GROUPS, np.int64)
         uses = group_ends(ends, group, kept)
@@ -61,7 +62,7 @@ def respond(field, side, risk, own_first, crash, lam, reach, low, step, shape, p
                 count = stencil(low, step, shape, end[0], end[1], w0, w1, index, weight)
                 stays = weighted(other_stays, index, weight, count) if near else 0.0
             a, value = best_move(source, side, risk, own_first, crash, x, points[z], index[:count],
-                                 weight[:count], end, stays, near, values)  # fmt: skip
+                                 weight[:count], end, stays, near, values, mixed)  # fmt: skip
             out[z, x], best[z, x] = value + lam, a
 
 

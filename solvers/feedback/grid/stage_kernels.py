@@ -35,7 +35,8 @@ class Side(NamedTuple):
 
     index, weight (K, A, S): stencils of the states after a move; ends (K, A, 2): those states;
     stays (K, A): probability of no arrival; cost (K, A): effort and obstacles; points (K, 2):
-    states before the move.
+    states before the move; window (K, 4): first and last row, first and last column of the grid
+    points of all stencils; columns: number of columns of the grid.
     """
 
     index: np.ndarray  # type: ignore[assignment]  # tuples have a method of this name
@@ -44,6 +45,8 @@ class Side(NamedTuple):
     stays: np.ndarray
     cost: np.ndarray
     points: np.ndarray
+    window: np.ndarray
+    columns: int
 
 
 @njit(cache=True)
@@ -68,24 +71,24 @@ def overlap(risk, own_first, own_before, other_before, own, other):
 
 @njit(cache=True)
 def best_move(field, side, risk, own_first, crash, x, other_before, other_index, other_weight,
-              other_end, other_stays, near, values):  # fmt: skip
+              other_end, other_stays, near, values, mixed):  # fmt: skip
     """Return the best action at grid point ``x`` and its cost, given where the other agent is.
 
-    ``field`` is (other's points, own points); ``values`` (A,) float32 is room for costs.
+    ``field`` is (other's points, own points); ``values`` (A,) and ``mixed`` (own points,), both
+    float32, are room for costs of actions, and of the points that they lead to.
     """
     actions, taps = side.index.shape[1:]
     values[:] = side.cost[x]
-    for t in range(other_index.size):
-        row, scale = field[other_index[t]], np.float32(other_weight[t])
-        if taps == 1:
+    if taps == 1:
+        for t in range(other_index.size):
+            row, scale = field[other_index[t]], np.float32(other_weight[t])
             for a in range(actions):
                 values[a] += scale * row[side.index[x, a, 0]]
-            continue
+    else:
+        mix_window(field, side, x, other_index, other_weight, mixed)
         for a in range(actions):
-            part = np.float32(0.0)
             for s in range(taps):
-                part += side.weight[x, a, s] * row[side.index[x, a, s]]
-            values[a] += scale * part
+                values[a] += side.weight[x, a, s] * mixed[side.index[x, a, s]]
     if near:
         add_crashes(side, risk, own_first, crash, x, other_before, other_end, other_stays, values)
     chosen = 0
@@ -93,6 +96,20 @@ def best_move(field, side, risk, own_first, crash, x, other_before, other_index,
         if values[a] < values[chosen]:
             chosen = a
     return chosen, values[chosen]
+
+
+@njit(cache=True)
+def mix_window(field, side, x, other_index, other_weight, mixed):
+    """Write the field at the other's stencil to the points that moves from ``x`` lead to."""
+    top, bottom, left, right = side.window[x]
+    for r in range(top, bottom + 1):
+        first, last = r * side.columns + left, r * side.columns + right + 1
+        for k in range(first, last):
+            mixed[k] = np.float32(0.0)
+        for t in range(other_index.size):
+            row, scale = field[other_index[t]], np.float32(other_weight[t])
+            for k in range(first, last):
+                mixed[k] += scale * row[k]
 
 
 @njit(cache=True)

@@ -16,9 +16,11 @@ ROUNDS = 12
 def side() -> Side:
     index = np.tile(np.arange(ACTIONS, dtype=np.int32), (ACTIONS, 1))[..., None]
     ones, plane = np.ones((ACTIONS, ACTIONS, 1), np.float32), np.zeros((ACTIONS, ACTIONS, 2))
+    window = np.tile(np.array([0, ACTIONS - 1, 0, 0]), (ACTIONS, 1))
     return Side(
-        index, ones, plane.astype(np.float32), ones[..., 0], 0 * ones[..., 0], plane[0].copy()
-    )
+        index, ones, plane.astype(np.float32), ones[..., 0], 0 * ones[..., 0], plane[0].copy(),
+        window, 1,
+    )  # fmt: skip
 
 
 def play(one, two, tolerance=SLACK, swapped=False):
