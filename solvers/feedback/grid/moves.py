@@ -1,7 +1,7 @@
 """The actions that dynamic programming tries, and where they lead on a grid.
 
-The actions are a lattice in the control set, aligned with the grid where the dynamics allow it,
-and the set's corners, and the middles of its edges that no other point of the lattice is on.  An action at
+The actions are a lattice in the control set, aligned with the grid where the dynamics allow it, the
+set's corners, and the middles of its edges that no other point of the lattice is on.  An action at
 grid point x leads to y = A x + B u, before the noise; values at y are sums over a stencil of 16
 points, or of one if all y are grid points.  States outside the grid count as on its border.
 """
