@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from ppg_env.errors import InputError
+
+SEARCH = ("solver", "time_limit", "node_limit", "seed")
+"""Options of joint searches."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +38,10 @@ class PlannerOptions:
     def only(self, accepted: Collection[str]) -> PlannerOptions:
         """Return the ``accepted`` options; the others get their default values."""
         return PlannerOptions(**{name: getattr(self, name) for name in accepted})
+
+    def search(self) -> dict[str, Any]:
+        """Return what planners that minimise a joint function take as keyword arguments."""
+        return {name: getattr(self, name) for name in SEARCH}
 
 
 DEFAULTS = {option.name: option.default for option in fields(PlannerOptions)}

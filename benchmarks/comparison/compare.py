@@ -23,7 +23,7 @@ from baselines.evaluate_runs import (
     evaluate_rare_runs,
     evaluate_runs,
 )
-from benchmarks.comparison.players import REPLANNING, Entrant, entrant
+from benchmarks.comparison.players import REPLANNING, Entrant, entrants
 from benchmarks.comparison.results import CONFIDENCE, Played, PlayerResult
 from ppg_env.env.arrival_regions import checked_tolerances
 from ppg_env.env.episodes import trajectories
@@ -62,13 +62,10 @@ def compare(
     rules = Rules(tolerance=tolerance)
     if arena == "env":  # before the players plan
         checked_tolerances(game, rules)
-    entrants = []
-    for player in players:
-        progress(player)
-        entrants.append(entrant(player, game, planner))
-    groups = max(groups, *(ready.runs for ready in entrants))
+    planned = entrants(players, game, planner, progress)
+    groups = max(groups, *(ready.runs for ready in planned))
     rows = []
-    for ready in entrants:
+    for ready in planned:
         progress(ready.name)
         if arena == "schedule":
             played = _on_schedule(game, ready, episodes, planner.seed, workers)

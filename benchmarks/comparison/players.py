@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from baselines.policy_file import Learned
 from baselines.pretrained import PLAYERS as PRETRAINED
 from ppg_env.env.players import Player, track
@@ -15,6 +17,7 @@ from ppg_env.game.between_steps import overlap_times
 from ppg_env.game.evaluation import evaluate
 from ppg_env.game.game import Game
 from ppg_env.game.least_effort import straight_plan
+from ppg_env.game.plan import Profile
 from solvers import planner_options
 from solvers.feedback.grid.feedback_solution import FeedbackSolution, PairwiseSolution
 from solvers.planner_options import PlannerOptions
@@ -44,13 +47,15 @@ class PlayerEntry:
     accepts : the planner options that it uses.
     arena : ``env`` if it needs the environment, else ``schedule``.
     information : what it observes while playing.
+    improves : whether ``create`` takes known plans as ``start``, and plans none that are dearer.
     """
 
     name: str
-    create: Callable[[Game, PlannerOptions], Solution | Learned | Feedback]
+    create: Callable[..., Solution | Learned | Feedback]
     accepts: tuple[str, ...] = ()
     arena: str = "schedule"
     information: str = "own state, or open loop without gain"
+    improves: bool = False
 
 
 def _nash(game: Game, options: PlannerOptions) -> Solution:
@@ -68,18 +73,18 @@ def _nash(game: Game, options: PlannerOptions) -> Solution:
     )
 
 
-def _joint(minimised: str, game: Game, options: PlannerOptions) -> Solution:
-    """Minimise the ``potential``, or the ``social`` cost."""
-    from solvers.optimum.joint import potential_equilibrium, social_optimum
+def _potential(game: Game, options: PlannerOptions) -> Solution:
+    """Minimise the potential."""
+    from solvers.optimum.joint import potential_equilibrium
 
-    planner = potential_equilibrium if minimised == "potential" else social_optimum
-    return planner(
-        game,
-        solver=options.solver,
-        time_limit=options.time_limit,
-        node_limit=options.node_limit,
-        seed=options.seed,
-    )
+    return potential_equilibrium(game, **options.search())
+
+
+def _social(game: Game, options: PlannerOptions, start: Profile | None = None) -> Solution:
+    """Minimise the social cost."""
+    from solvers.optimum.joint import social_optimum
+
+    return social_optimum(game, start=start, **options.search())
 
 
 def _straight(game: Game, _options: PlannerOptions) -> Solution:
@@ -130,8 +135,8 @@ def _from_file(name: str, game: Game, _options: PlannerOptions) -> Learned | Fee
     return learned
 
 
-_SEARCH = ("solver", "time_limit", "seed")
-_DYNAMICS = (*_SEARCH, "start", "order")
+_SEARCH = planner_options.SEARCH
+_DYNAMICS = ("solver", "time_limit", "seed", "start", "order")
 _LEARNED = ((), "env", "full state")
 _GRID = (("time_limit",), "env", "full state")
 
@@ -139,17 +144,11 @@ PLAYERS: dict[str, PlayerEntry] = {
     entry.name: entry
     for entry in (
         PlayerEntry("nash", _nash, (*_DYNAMICS, "charge")),
-        PlayerEntry("potential", partial(_joint, "potential"), (*_SEARCH, "node_limit")),
-        PlayerEntry("social", partial(_joint, "social"), (*_SEARCH, "node_limit")),
+        PlayerEntry("potential", _potential, _SEARCH),
+        PlayerEntry("social", _social, _SEARCH, improves=True),
         PlayerEntry("straight", _straight),
         PlayerEntry("receding-nash", _nash, (*_DYNAMICS, "charge"), "env", "full state"),
-        PlayerEntry(
-            "receding-social",
-            partial(_joint, "social"),
-            (*_SEARCH, "node_limit"),
-            "env",
-            "full state",
-        ),
+        PlayerEntry("receding-social", _social, _SEARCH, "env", "full state", improves=True),
         PlayerEntry("feedback-nash", partial(_feedback, "equilibrium"), *_GRID),
         PlayerEntry("feedback-social", partial(_feedback, "optimum"), *_GRID),
         PlayerEntry("pairwise-nash", partial(_pairwise, social=False), *_GRID),
@@ -208,15 +207,47 @@ class Entrant:
         return [track(game, self.solution.profile)]
 
 
-def entrant(name: str, game: Game, options: PlannerOptions) -> Entrant:
-    """Let a planner plan with the options that it accepts, or load a learner."""
+def entrant(
+    name: str, game: Game, options: PlannerOptions, known: Profile | None = None
+) -> Entrant:
+    """Let a planner plan with the options that it accepts, or load a learner.
+
+    ``known`` are plans from which a player starts that can improve them.
+    """
     player = find_player(name)
-    result = player.create(game, options.only(player.accepts))
+    create = partial(player.create, start=known) if player.improves else player.create
+    result = create(game, options.only(player.accepts))
     if isinstance(result, Learned):
         return Entrant(name, learned=result)
     if isinstance(result, Feedback):
         return Entrant(name, feedback=result)
     return Entrant(name, solution=result)
+
+
+def entrants(
+    names: Sequence[str],
+    game: Game,
+    options: PlannerOptions,
+    progress: Callable[[str], None] = lambda _player: None,
+) -> list[Entrant]:
+    """Return an entrant for each of ``names``; ``progress`` is called with the name of each.
+
+    Players that can improve known plans come last, and start from the cheapest of the others.
+    """
+    ready: dict[str, Entrant] = {}
+    for name in sorted(names, key=lambda name: find_player(name).improves):
+        progress(name)
+        solutions = (other.solution for other in ready.values())
+        known = min(filter(None, solutions), key=_social_cost, default=None)
+        profile = None if known is None else known.profile
+        ready[name] = entrant(name, game, options, profile)
+    return [ready[name] for name in names]
+
+
+def _social_cost(solution: Solution) -> float:
+    """Return the social cost of the plans; infinite where they overlap, or are missing."""
+    priced = solution.evaluation
+    return priced.social_cost if priced is not None and priced.feasible else np.inf
 
 
 def chosen_players(

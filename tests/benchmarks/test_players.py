@@ -7,7 +7,7 @@ import inspect
 import pytest
 
 from benchmarks.commands import VERBS
-from benchmarks.comparison.players import PLAYERS, entrant, find_player
+from benchmarks.comparison.players import PLAYERS, entrant, entrants, find_player
 from ppg_env import make_game
 from solvers.planner_options import DEFAULTS, PlannerOptions
 
@@ -37,6 +37,15 @@ def test_a_player_accepts_options_that_exist_and_declares_what_it_sees(name):
     ready = entrant(name, game, PlannerOptions())
     (first, *_) = ready.policies(game, PlannerOptions())
     assert {one.information for one in first} == {player.information.split(",")[0]}
+
+
+def test_the_optimum_starts_from_the_cheapest_plans_of_the_others():
+    game, few = make_game("circle(4)"), PlannerOptions(node_limit=1)
+    alone = entrant("social", game, few).solution
+    social, straight, nash = entrants(["social", "straight", "nash"], game, few)
+    assert [e.name for e in (social, straight, nash)] == ["social", "straight", "nash"]
+    assert social.solution.evaluation.social_cost <= nash.solution.evaluation.social_cost
+    assert social.solution.evaluation.social_cost < alone.evaluation.social_cost
 
 
 def test_a_file_of_learned_players_is_a_player(learned_file):
