@@ -47,7 +47,7 @@ class PlayerEntry:
     accepts : the planner options that it uses.
     arena : ``env`` if it needs the environment, else ``schedule``.
     information : what it observes while playing.
-    improves : whether ``create`` takes known plans as ``start``, and plans none that are dearer.
+    improves : whether ``create`` takes known plans as ``start``, and plans none that cost more.
     """
 
     name: str
