@@ -14,12 +14,13 @@ rows are set, so that no advantage passes from one episode to the next: at the t
 where ``truncations`` are set in addition, because PufferLib's trainer reads only the former.
 
 Actions are in [-1, 1], the box around all control sets of the agent.  PufferLib's trainer cuts
-rewards off at 1 in size: choose ``reward_scale`` so that a crash costs at most that.
+rewards off at 1 in size: choose ``reward_scale`` so that a crash costs at most that.  With
+``shaping`` rewards are those of :mod:`baselines.shaping`.
 
 Steps in which copies end report the means over these copies and their agents: ``episode_length``,
-``episode_return`` (not scaled), ``cost`` (minus the selfish return), ``arrived`` and ``crashed``.
-Agents that are missing from an episode (``randomize``) have ``masks`` unset, and count as agents
-that neither pay nor arrive.
+``episode_return`` (neither shaped nor scaled), ``cost`` (minus the selfish return), ``arrived``
+and ``crashed``.  Agents that are missing from an episode (``randomize``) have ``masks`` unset, and
+count as agents that neither pay nor arrive.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from baselines.slots import checked_scale
+from baselines.shaping import RewardShaping
 from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observers import make_observer
 from ppg_env.env.parallel_env import PathPlanningEnv
@@ -55,6 +56,8 @@ class GamePufferEnv(pufferlib.PufferEnv):
         As in :class:`~ppg_env.PathPlanningEnv`.
     copies
         Number of copies.
+    shaping
+        Whether rewards are shaped by the time still needed (:mod:`baselines.shaping`).
     reward_scale
         Rewards are divided by it.
     buf, seed
@@ -73,15 +76,17 @@ class GamePufferEnv(pufferlib.PufferEnv):
         *,
         observation: str = "relative",
         randomize: Randomize | None = None,
+        shaping: bool = False,
         reward_scale: float = 1.0,
         buf: Any = None,
         seed: int | None = None,
         **options: Any,
     ) -> None:
-        check_batch_options(options)
+        check_batch_options(options, type(self))
         single = PathPlanningEnv(game, randomize=randomize, **options)
-        self.game, self._scale = single.game, checked_scale(reward_scale)
+        self.game = single.game
         self.simulator = Simulator(single.game, single.rules, copies, seed, randomize)
+        self._shaping = RewardShaping(self.simulator, shaping, reward_scale)
         self._observer = make_observer(self.simulator, observation)
         low, high = self.simulator.low, self.simulator.high
         self._middle, self._half = (high + low) / 2, (high - low) / 2
@@ -123,9 +128,11 @@ class GamePufferEnv(pufferlib.PufferEnv):
             problem = f"are an array of shape {given.shape} and type {given.dtype}"
             raise InputError("actions", problem, f"give numbers of shape {shape}")
         inputs = self._middle + self._half * given.reshape(*self._shape, -1)
+        self._shaping.before_step()
         out = self.simulator.step(inputs)
         over = out.over
-        self.rewards[:] = out.reward.ravel() / self._scale
+        last = np.where(over[:, None, None], out.final_observation, out.observation)
+        self.rewards[:] = self._shaping.rewards(last).ravel()
         self.terminals[:] = (out.terminated | over[:, None]).ravel()
         self.truncations[:] = out.truncated.ravel()
         self._length += 1
@@ -137,6 +144,9 @@ class GamePufferEnv(pufferlib.PufferEnv):
         self._forget(over)
         self._observe()
         return self.observations, self.rewards, self.terminals, self.truncations, infos
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.game.name or 'game'!r}, copies={self._shape[0]})"
 
     def close(self) -> None:
         """Do nothing: there is nothing to close."""

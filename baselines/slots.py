@@ -9,23 +9,7 @@ import numpy as np
 
 from ppg_env.env.actions import action_numbers
 from ppg_env.errors import InputError, require
-from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival
-from ppg_env.support.validation import finite_array, finite_number
-
-
-def checked_scale(scale: Any) -> float:
-    """Return the divisor of rewards.
-
-    Raises
-    ------
-    InputError
-        If it is not a positive number.
-    """
-    remedy = "give a positive number"
-    number = finite_number(scale, "reward_scale", remedy)
-    require(number > 0, "reward_scale", f"is {scale!r:.60}", remedy)
-    return number
+from ppg_env.support.validation import finite_array
 
 
 def checked_weights(weights: Any) -> tuple[float, float] | None:
@@ -45,11 +29,10 @@ def checked_weights(weights: Any) -> tuple[float, float] | None:
     return float(ends[0]), float(ends[1])
 
 
-def check_modes(shaping: Any, bootstrap: Any, render_mode: Any) -> None:
-    """Raise :class:`InputError` unless the first two are truth values and the last is a mode."""
-    for place, flag in (("shaping", shaping), ("bootstrap", bootstrap)):
-        truth = isinstance(flag, (bool, np.bool_))
-        require(truth, place, f"is {flag!r:.60}", "write True or False")
+def check_modes(bootstrap: Any, render_mode: Any) -> None:
+    """Raise :class:`InputError` unless these are a truth value and a mode."""
+    truth = isinstance(bootstrap, (bool, np.bool_))
+    require(truth, "bootstrap", f"is {bootstrap!r:.60}", "write True or False")
     known = render_mode is None or render_mode == "rgb_array"
     require(known, "render_mode", f"is {render_mode!r:.60}", "write rgb_array")
 
@@ -85,14 +68,3 @@ def slot_actions(actions: Any, shape: tuple[int, int]) -> np.ndarray:
         problem = f"are an array of shape {given.shape} and type {given.dtype}"
         raise InputError("actions", problem, f"give numbers of shape {shape}, a row per slot")
     return given
-
-
-def straight_pace(game: Game, scale: float) -> np.ndarray:
-    """Return (N,) steps per unit of observed distance on the straight way."""
-    pace = np.zeros(len(game.agents))
-    for i, agent in enumerate(game.agents):
-        d = agent.dim
-        length = float(np.linalg.norm(agent.goal[:d] - agent.start[:d])) / scale
-        steps = earliest_arrival(agent, game.horizon)
-        pace[i] = 0.0 if length == 0 else (steps or game.horizon) / length
-    return pace

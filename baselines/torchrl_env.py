@@ -12,7 +12,8 @@ entry                     shape      meaning
 ========================  =========  ============================================================
 ``group, "observation"``  (C, G, W)  see :mod:`ppg_env.env.observation`
 ``group, "action"``       (C, G, m)  inputs; an agent with fewer than m ignores the last ones
-``group, "reward"``       (C, G, 1)  as in the environment; 0 after the agent's end
+``group, "reward"``       (C, G, 1)  as in the environment, or shaped and scaled
+                                     (:mod:`baselines.shaping`); 0 after the agent's end
 ``group, "mask"``         (C, G)     whether the agent still acts
 ``group, "terminated"``   (C, G, 1)  whether the agent has arrived or crashed, or no agent is
                                      left in traffic; set until the copy ends
@@ -43,6 +44,7 @@ from typing import Any
 
 import numpy as np
 
+from baselines.shaping import RewardShaping
 from ppg_env.env.argument_checks import check_batch_options
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
@@ -59,7 +61,15 @@ try:
     from torchrl.envs import EnvBase
     from torchrl.envs.utils import MarlGroupMapType
 
-    from baselines.torchrl_specs import box, flags, group_agents, padded_boxes, reals, selection
+    from baselines.torchrl_specs import (
+        box,
+        checked_action,
+        flags,
+        group_agents,
+        padded_boxes,
+        reals,
+        selection,
+    )
 except ImportError as missing:
     sentence = "GameTorchRLEnv: needs TorchRL; install path-planning-games[torchrl]."
     raise ImportError(sentence) from missing
@@ -82,10 +92,23 @@ class GameTorchRLEnv(EnvBase):
         Names of agents by group, or a ``MarlGroupMapType``; by default groups of equal stems.
     return_state
         Whether the global state is an entry.
+    shaping
+        Whether rewards are shaped by the time still needed (:mod:`baselines.shaping`).
+    reward_scale
+        Rewards are divided by it.
     seed
         Fixes all noise, as does ``set_seed``; None for fresh entropy.
     device
         Where tensors are; the simulation runs on the CPU.
+
+    Attributes
+    ----------
+    game : the game, with its fields replaced by the options.
+    agent_names : names of the N agents, in the order of the game.
+    group_map : names of agents by group.
+    simulator : the :class:`~ppg_env.Simulator` of all copies; its ``observation_size`` is the
+        number of entries of an observation of kind ``relative``, its ``action_size`` the number of
+        inputs m, and its ``low`` and ``high`` (N, m) are the boxes around the control sets.
 
     Raises
     ------
@@ -104,11 +127,13 @@ class GameTorchRLEnv(EnvBase):
         randomize: Randomize | None = None,
         group_map: MarlGroupMapType | Mapping[str, Sequence[str]] | None = None,
         return_state: bool = False,
+        shaping: bool = False,
+        reward_scale: float = 1.0,
         seed: int | None = None,
         device: Any = "cpu",
         **options: Any,
     ) -> None:
-        check_batch_options(options)
+        check_batch_options(options, type(self))
         single = PathPlanningEnv(game, randomize=randomize, **options)
         simulator = Simulator(single.game, single.rules, copies, seed, randomize)
         super().__init__(device=device, batch_size=[copies])
@@ -122,6 +147,7 @@ class GameTorchRLEnv(EnvBase):
         }
         self._observer = make_observer(simulator, observation)
         self._returns_state = return_state
+        self._shaping = RewardShaping(simulator, shaping, reward_scale)
         shape = simulator.status.shape
         self._actions = np.zeros(simulator.low.shape, dtype=np.float32)[None].repeat(copies, 0)
         self._arrived, self._crashed, self._terminated, self._truncated = (
@@ -167,6 +193,9 @@ class GameTorchRLEnv(EnvBase):
     def randomize(self, rule: Randomize | None) -> None:
         self.simulator.randomize = rule
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.game.name or 'game'!r}, copies={self.batch_size[0]})"
+
     def _set_seed(self, seed: int | None) -> None:
         self.simulator.seed(seed)
 
@@ -189,7 +218,9 @@ class GameTorchRLEnv(EnvBase):
         if chosen is not None:
             moving &= chosen.reshape(self.batch_size).cpu().numpy()
         for group, own in self._members.items():
-            self._actions[:, own] = tensordict[group, "action"].detach().cpu().numpy()
+            given = tensordict.get((group, "action"), None)
+            self._actions[:, own] = checked_action(given, group, self._actions[:, own].shape)
+        self._shaping.before_step()
         with self._resting(~moving):
             out = simulator.step(self._actions, restart=False)
         if not moving.all():
@@ -200,7 +231,8 @@ class GameTorchRLEnv(EnvBase):
         self._terminated |= out.terminated | (simulator.status == MISSING)
         self._truncated |= out.truncated
         values = self._observed(~moving)
-        values["reward"] = out.reward.astype(np.float32)[..., None]
+        rewards = self._shaping.rewards(out.observation)
+        values["reward"] = rewards.astype(np.float32)[..., None]
         return self._result(values)
 
     @contextmanager

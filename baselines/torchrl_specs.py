@@ -1,4 +1,4 @@
-"""Groups of agents, and specs of TorchRL's entries."""
+"""Groups of agents, specs of TorchRL's entries, and checks of actions."""
 
 from __future__ import annotations
 
@@ -51,6 +51,23 @@ def padded_boxes(simulator: Simulator) -> tuple[np.ndarray, np.ndarray]:
     for i, space in enumerate(spaces):
         low[i, : space.shape[0]], high[i, : space.shape[0]] = space.low, space.high
     return low, high
+
+
+def checked_action(given: Any, group: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the entry ``group, "action"`` as an array of floats of this ``shape`` (C, G, m).
+
+    Raises
+    ------
+    InputError
+        If it is missing, has another shape, or is not made of real numbers.
+    """
+    place, remedy = f"{group}.action", f"give numbers of shape (copies, agents, inputs) = {shape}"
+    require(given is not None, place, "is missing", remedy)
+    real = given.dtype != torch.bool and not given.is_complex()
+    problem = f"has the shape {tuple(given.shape)} and the type {given.dtype}"
+    require(given.shape == shape and real, place, problem, remedy)
+    numbers: np.ndarray = given.detach().to("cpu", torch.float32).numpy()
+    return numbers
 
 
 def flags(shape: tuple[int, ...], names: Sequence[str]) -> dict[str, Any]:

@@ -4,11 +4,9 @@ Slot ``c * L + l`` is the l-th learner in copy c.  Observations and rewards are 
 environment, with three optional changes:
 
     weight    lam is drawn for every episode of a copy, and is the last entry of observations
-    shaping   reward + Phi' - Phi,  Phi = -lam * (steps to go on the straight way), 0 out of traffic
+    shaping   of rewards by the time still needed, see :mod:`baselines.shaping`: the goal need not
+              be found by chance
     scale     rewards are divided by it
-
-Shaping telescopes: without discount an episode's return changes by a constant (Ng et al., 1999),
-so the optimal policies are the same, but the goal need not be found by chance.
 
 At the horizon an agent is reported as ``TimeLimit.truncated``, and algorithms add an estimate of
 the remaining return.  With ``bootstrap=False`` the episode ends there instead, and the shaping
@@ -29,14 +27,8 @@ import numpy as np
 from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
-from baselines.slots import (
-    check_modes,
-    checked_scale,
-    checked_weights,
-    common_options,
-    slot_actions,
-    straight_pace,
-)
+from baselines.shaping import RewardShaping
+from baselines.slots import check_modes, checked_weights, common_options, slot_actions
 from ppg_env.env.actions import player_action
 from ppg_env.env.argument_checks import check_learners
 from ppg_env.env.players import Player, straight_players
@@ -97,14 +89,14 @@ class GameVecEnv(VecEnv):
         self.simulator = Simulator(game, rules, copies, randomize=randomize)
         count = len(game.agents)
         self.learners = check_learners(learners, players, count)
-        check_modes(shaping, bootstrap, render_mode)
+        check_modes(bootstrap, render_mode)
         self.players = {
             i: player for i, player in enumerate(straight_players(game)) if i not in self.learners
         } | dict(players or {})
         self.weights = checked_weights(weights)
         self._refuse_conflicts(randomize)
-        self._pace = straight_pace(game, self.simulator.tables.scale) * shaping
-        self._scale, self._bootstrap = checked_scale(reward_scale), bootstrap
+        self._shaping = RewardShaping(self.simulator, shaping, reward_scale)
+        self._bootstrap = bootstrap
         low, high = self.simulator.low, self.simulator.high
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         self._action = np.zeros((copies, count, self.simulator.action_size))
@@ -190,13 +182,9 @@ class GameVecEnv(VecEnv):
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Step every copy; copies in which no learner is left restart."""
         simulator, own = self.simulator, self.learners
-        before = self._potential(simulator.last.observation)
+        self._shaping.before_step()
         out = simulator.step(self._action, restart=False)
-        after = self._potential(out.observation)
-        change = after - before
-        if simulator.rules.sharing == "social":
-            change = np.where(out.acting, change.sum(axis=1, keepdims=True), 0.0)
-        reward = ((out.reward + change) / self._scale)[:, own]
+        reward = self._shaping.rewards(out.observation)[:, own]
         self._cost += (out.time_cost + out.safety_cost)[:, own]
         self._hit |= out.crashed[:, own]
         self._home |= out.arrived[:, own]
@@ -248,12 +236,6 @@ class GameVecEnv(VecEnv):
             lam = self.simulator.lam[:, self.learners, None].astype(np.float32)
             observed = np.concatenate([observed, lam], axis=2)
         return observed.reshape(-1, observed.shape[2])
-
-    def _potential(self, observation: np.ndarray) -> np.ndarray:
-        """Return (C, N) minus the cost of the steps left on the straight way to the goal."""
-        d, n = self.simulator.game.dim, self.simulator.state.shape[2]
-        away = np.linalg.norm(observation[:, :, :d], axis=2)
-        return -self.simulator.lam * self._pace * away * observation[:, :, n + d]
 
     def _draw_weights(self, chosen: np.ndarray) -> None:
         if self.weights is not None:

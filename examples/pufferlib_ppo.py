@@ -4,7 +4,7 @@ PufferLib runs two ``GamePufferEnv``, each with many copies of the game, and han
 copy and agent; all rows share ``pufferlib.models.Default``.  The loop is a plain PPO, because the
 trainer of the wheels, ``pufferlib.pufferl``, loads only with the PyTorch that they were built with.
 Rows of agents that wait for the end of their copy are ``masks`` unset and not learned from; rewards
-are shaped and scaled as ``shaped_env.py`` has it.
+are shaped and scaled.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import torch
 from figures import report
 from pufferlib.models import Default
 from pufferlib.pytorch import sample_logits
-from shaped_env import SCALE, Potential
+from shaped_env import SCALE
 from task import cpu_seconds, read_task
 
 from baselines import GamePufferEnv
@@ -28,8 +28,7 @@ if __name__ == "__main__":
     torch.set_num_threads(1)  # the networks are small
     task = read_task(steps=600_000)  # of all agents
     game = task.game
-    count, potential = len(game.agents), Potential(game)
-    options = {"game": game, "copies": COPIES, "reward_scale": SCALE} | task.rules
+    options = {"game": game, "copies": COPIES, "shaping": True, "reward_scale": SCALE} | task.rules
     envs = pufferlib.vector.make(
         GamePufferEnv, env_kwargs=options, backend=pufferlib.vector.Serial, num_envs=2, seed=1
     )
@@ -43,11 +42,6 @@ if __name__ == "__main__":
     logprobs, rewards, values, ends = torch.zeros(4, HORIZON, rows)
     acting = torch.zeros(HORIZON, rows, dtype=torch.bool)
 
-    def potentials() -> np.ndarray:
-        """Return the potential (rows,) of each row."""
-        seen = envs.observations.reshape(-1, count, envs.observations.shape[-1])
-        return potential.of_all(seen).ravel()
-
     envs.reset(seed=1)
     start = cpu_seconds()
     for _ in range(-(-task.steps // batch)):
@@ -56,12 +50,9 @@ if __name__ == "__main__":
             with torch.no_grad():
                 normal, value = policy.forward_eval(obs[t])
                 actions[t], logprobs[t], _ = sample_logits(normal)
-            values[t], before = value.flatten(), potentials()
-            _, reward, terminals, truncations, _ = envs.step(actions[t].clamp(-1, 1).numpy())
-            after = np.where(terminals, 0.0, potentials())
-            change = np.where(truncations, 0.0, after - before)  # late: charge the way left
-            rewards[t] = torch.as_tensor(reward + change / SCALE)
-            ends[t] = torch.as_tensor(terminals)
+            values[t] = value.flatten()
+            _, reward, terminals, _, _ = envs.step(actions[t].clamp(-1, 1).numpy())
+            rewards[t], ends[t] = torch.as_tensor(reward), torch.as_tensor(terminals)
 
         with torch.no_grad():
             following = policy.forward_eval(torch.as_tensor(envs.observations))[1].flatten()

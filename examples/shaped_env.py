@@ -6,8 +6,11 @@
     together  with ``together=True`` no agent leaves before the last: those that are done wait, with
               rewards of 0, and what they observe says that they are out of traffic
 
-The shaping telescopes: it changes the return of an episode by a constant, and the optimal policies
-stay (Ng et al., 1999).  Without it, an agent that has never reached its goal knows nothing of it.
+The shaping telescopes (Ng et al., 1999).  Where an agent arrives or crashes, it changes the return
+by a constant, what the straight way costs.  Where its time runs out, Phi keeps its value, and the
+return is lower than that by what the way that is left would cost: with Phi set to 0 there, hiding
+would be paid like an arrival.  Without shaping, an agent that has never reached its goal knows
+nothing of it.
 Figures are always those of the game itself, see ``figures.py``.
 """
 
@@ -50,10 +53,7 @@ class ShapedEnv(PathPlanningEnv):
     def step(self, actions: dict[str, Any]) -> Any:
         """Move every living agent; ``actions`` are from -1 to 1."""
         self.agents = self._playing
-        inputs = {
-            name: self._middle[name] + self._half[name] * np.clip(action, -1.0, 1.0)
-            for name, action in actions.items()
-        }
+        inputs = {name: self._inputs(name, action) for name, action in actions.items()}
         observations, rewards, terminated, truncated, infos = super().step(inputs)
         for name in rewards:
             i = self.possible_agents.index(name)
@@ -75,6 +75,12 @@ class ShapedEnv(PathPlanningEnv):
             dict.fromkeys(self.possible_agents, over and cut),
             dict(self._last[1]),
         )
+
+    def _inputs(self, name: str, action: Any) -> Any:
+        """Return an action in the units of the game; the game refuses one of another shape."""
+        if name not in self._half or np.shape(action) != self._half[name].shape:
+            return action
+        return self._middle[name] + self._half[name] * np.clip(action, -1.0, 1.0)
 
 
 class ShapedLearner(gymnasium.Wrapper):

@@ -2,19 +2,17 @@
 
 The program is that of TorchRL's tutorial on multi-agent PPO: all agents share one policy, and a
 central critic sees all observations.  What differs: an agent that has ended waits for the end of
-its copy, and ``mask`` takes these rows out of the loss; rewards are shaped and scaled, as
-``shaped_env.py`` has it, once a batch has been collected; a time limit ends the episode without
-bootstrap, because the clock is observed.
+its copy, and ``mask`` takes these rows out of the loss; rewards are shaped and scaled; a time limit
+ends the episode without bootstrap, because the clock is observed.  A line per batch says how many
+of the agents whose copies ended in it have arrived, exploration included.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import torch
 from figures import report
-from shaped_env import SCALE, Potential
+from shaped_env import SCALE
 from task import cpu_seconds, read_task
 from tensordict import TensorDict
 from tensordict.nn import TensorDictModule
@@ -64,24 +62,13 @@ def make_actor(env: GameTorchRLEnv) -> ProbabilisticActor:
     )
 
 
-def shape(data: Any, potential: Potential) -> None:
-    """Add the change of the potential to rewards, and scale them."""
-    before, after = (
-        torch.as_tensor(potential.of_all(d["agents", "observation"].flatten(0, 1).numpy()))
-        for d in (data, data["next"])
-    )
-    change = (after - before).unflatten(0, data.shape) * data["agents", "mask"]
-    reward = data["next", "agents", "reward"]
-    data["next", "agents", "reward"] = (reward + change.unsqueeze(-1)).float() / SCALE
-
-
 if __name__ == "__main__":
     torch.manual_seed(1)
     torch.set_num_threads(1)  # the networks are small
     task = read_task(steps=600_000)  # of all agents
     game = task.game
-    env = GameTorchRLEnv(game, COPIES, seed=1, **task.rules)
-    count, potential = len(game.agents), Potential(game)
+    env = GameTorchRLEnv(game, COPIES, seed=1, shaping=True, reward_scale=SCALE, **task.rules)
+    count = len(game.agents)
     actor = make_actor(env)
     critic = TensorDictModule(
         network(1, centralized=True, env=env),
@@ -101,8 +88,9 @@ if __name__ == "__main__":
     options = {"frames_per_batch": frames, "total_frames": total}
     collector = Collector(env, actor, auto_register_policy_transforms=False, **options)
     start = cpu_seconds()
-    for data in collector:
-        shape(data, potential)
+    for number, data in enumerate(collector):
+        home = data["next", "agents", "info", "arrived"][data["next", "done"].squeeze(-1)]
+        print(f"batch {number}: {100 * home.float().mean():.0f} % of {home.numel()} arrived")
         with torch.no_grad():
             loss.value_estimator(data)
         rows = data.reshape(-1)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test
 
-from ppg_env import Simulator, SingleAgentEnv, make_game, parallel_env
+from ppg_env import InputError, Simulator, SingleAgentEnv, make_game, parallel_env
 from ppg_env.env import Rules
 
 ROOT = Path(__file__).parents[1]
@@ -161,6 +161,16 @@ def test_the_shaped_environment_passes_the_official_test(
 ) -> None:
     env = shared("shaped_env", monkeypatch).ShapedEnv("intersection3", together=together)
     parallel_api_test(env, num_cycles=60)
+
+
+@pytest.mark.parametrize("action", [np.zeros(1), np.zeros(3), np.zeros((1, 2))])
+def test_the_shaped_environment_refuses_actions_of_another_shape(
+    action: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    env = shared("shaped_env", monkeypatch).ShapedEnv("head_on")
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"^actions\['agent_1'\]: is .*, not 2 finite numbers"):
+        env.step({"agent_0": np.zeros(2), "agent_1": action})
 
 
 def test_agents_that_play_together_end_together(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ppg_env.env.rules import Rules
-from ppg_env.errors import require
+from ppg_env.env.rules import CHOICES, Rules
+from ppg_env.errors import InputError, require
+from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS
+from ppg_env.formats.keys import nearest
 from ppg_env.game.game import Game
 from ppg_env.support.validation import is_whole
+
+RULES = (*CHOICES, "tolerance", "schedule", "max_cycles")
+OPTIONS = tuple(dict.fromkeys((*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)))
+"""Rules and fields of the game, options of every view that is made from a game."""
+
+OF_ALL_VIEWS = ("observation", "randomize")
+OF_SINGLE_VIEWS = {"render_mode": None, "infos": "numbers"}
+"""Parameters of views of one game, with the only values that batches of copies have."""
+
+SYNONYMS = {"num_envs": "copies", "n_envs": "copies", "batch_size": "copies", "copies": "num_envs"}
+"""What other libraries, or other views, call a parameter."""
 
 
 def check_simulation(game: Any, rules: Any, copies: Any) -> None:
@@ -22,9 +36,40 @@ def check_simulation(game: Any, rules: Any, copies: Any) -> None:
     require(whole, "copies", f"is {copies!r:.60}", "ask for a whole number, at least one")
 
 
-def check_batch_options(options: Mapping[str, Any]) -> None:
-    """Refuse options of a single environment that batches of copies do not have."""
-    for name, plain in (("render_mode", None), ("infos", "numbers")):
+def check_options(options: Mapping[str, Any], view: Any, hidden: Sequence[str] = ()) -> None:
+    """Refuse the first of ``options`` that the class ``view`` does not take.
+
+    Raises
+    ------
+    InputError
+        If there is one; the remedy is the nearest of the names that the view takes, its own
+        parameters included, or all of them, less those that are ``hidden``.
+    """
+    taken = (*OF_ALL_VIEWS, *OF_SINGLE_VIEWS, *OPTIONS)
+    unknown = next((key for key in options if key not in taken), None)
+    if unknown is None:
+        return
+    own = [
+        name
+        for name, parameter in inspect.signature(view.__init__).parameters.items()
+        if name != "self" and parameter.kind is not parameter.VAR_KEYWORD
+    ]
+    names = [name for name in dict.fromkeys((*own, *taken)) if name not in hidden]
+    synonym = SYNONYMS.get(unknown, "")
+    remedy = f"perhaps you mean {synonym!r}" if synonym in names else nearest(unknown, names)
+    raise InputError(unknown, "is not an option", remedy)
+
+
+def check_batch_options(options: Mapping[str, Any], view: Any) -> None:
+    """Refuse ``options`` that ``view``, a class of batches of copies, does not take.
+
+    Raises
+    ------
+    InputError
+        If one is unknown, or has a value that only views of one game have.
+    """
+    check_options(options, view, tuple(OF_SINGLE_VIEWS))
+    for name, plain in OF_SINGLE_VIEWS.items():
         given = options.get(name, plain)
         remedy = (
             f"leave it out: only parallel_env and SingleAgentEnv have other values than {plain}"

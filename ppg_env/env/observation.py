@@ -1,7 +1,8 @@
 """The layout of observations and of the global state, both float32.
 
 Agent i's observation has n + d + 2 + (N - 1)(1 + n) entries, for N agents with n state and d
-position components.  Lengths are divided by ``scale``:
+position components.  Lengths are divided by ``scale``, half the largest extent of all starts and
+goals along one axis (:func:`observation_frame`), and ``centre`` is the middle of their extents:
 
 ======================  =====  =====================================================
 entry                   size   meaning

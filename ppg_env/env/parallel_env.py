@@ -12,21 +12,20 @@ from pettingzoo import ParallelEnv
 
 from ppg_env.env.action_spaces import action_spaces
 from ppg_env.env.actions import ActionReader
+from ppg_env.env.argument_checks import RULES, check_options
 from ppg_env.env.infos import CHOICES as INFOS
 from ppg_env.env.infos import InfoReader
 from ppg_env.env.observation import global_state
 from ppg_env.env.observers import make_observer
 from ppg_env.env.randomize import Randomize
-from ppg_env.env.rules import CHOICES, Rules, make_rules
+from ppg_env.env.rules import Rules, make_rules
 from ppg_env.env.seeds import whole_seed
 from ppg_env.env.simulator import Simulator
 from ppg_env.env.status import MISSING
 from ppg_env.errors import require
-from ppg_env.formats.game_file import AGENT_KEYS, GAME_KEYS
 from ppg_env.game.game import Game
 from ppg_env.scenarios.make import make_game, override_game
 
-RULES = (*CHOICES, "tolerance", "schedule", "max_cycles")
 RENDER_MODES = ("rgb_array", "human")
 
 
@@ -140,9 +139,7 @@ class PathPlanningEnv(ParallelEnv):
             f"is {render_mode!r}",
             "write " + " or ".join(RENDER_MODES),
         )
-        names = tuple(dict.fromkeys((*RULES, "speed", "obstacles", *GAME_KEYS, *AGENT_KEYS)))
-        for key in options:
-            require(key in names, key, "is not an option", "use one of " + ", ".join(names))
+        check_options(options, type(self))
         rules = {key: options.pop(key) for key in RULES if key in options}
         base = game if isinstance(game, Game) else make_game(game)
         self.game = override_game(base, **options) if options else base

@@ -22,6 +22,9 @@ option                      meaning
 ``saturation="none"``       inputs are taken as they are
 ==========================  ======================================================================
 
+The game's ``objective`` is for planners and changes nothing here: ``reward`` alone decides what
+agents get.
+
 In a step all agents in traffic move; then arrivals are settled; then collisions.  A pair is in
 traffic until one of its agents has arrived, or with ``stay`` until both have; a pair of parked
 bodies never collides.  Margins s are those of encounters in traffic, with the covariances that
@@ -63,6 +66,7 @@ import numpy as np
 
 from ppg_env import tolerances as tol
 from ppg_env.errors import InputError, require
+from ppg_env.formats.keys import nearest
 from ppg_env.game.game import Game
 from ppg_env.support.validation import is_whole
 
@@ -167,7 +171,7 @@ def make_rules(game: Game, **options: Any) -> Rules:
     names = [field.name for field in fields(Rules)]
     for key in options:
         if key not in names:
-            raise InputError(key, "is not an option", "use one of " + ", ".join(names))
+            raise InputError(key, "is not an option", nearest(key, names))
     rules = Rules(**options)
     if rules.schedule is not None:
         require(

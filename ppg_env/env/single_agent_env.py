@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from ppg_env.env.actions import player_action
-from ppg_env.env.argument_checks import check_learner
+from ppg_env.env.argument_checks import check_learner, check_options
 from ppg_env.env.parallel_env import RENDER_MODES, PathPlanningEnv
 from ppg_env.env.players import Player, straight_players
 from ppg_env.env.randomize import Randomize
@@ -52,6 +52,7 @@ class SingleAgentEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
+        check_options(options, type(self))
         self._env = PathPlanningEnv(game, render_mode=render_mode, **options)
         self.game, self.render_mode = self._env.game, render_mode
         count = len(self.game.agents)

@@ -88,7 +88,7 @@ class GameVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             f"is {autoreset_mode!r}",
             "write " + " or ".join(MODES),
         )
-        check_batch_options({"render_mode": render_mode, **options})
+        check_batch_options({"render_mode": render_mode, **options}, type(self))
         self.metadata = {**self.metadata, "autoreset_mode": AutoresetMode(self._mode)}
         single = SingleAgentEnv(game, learner, players, randomize=randomize, **options)
         self.game, self.learner, self.num_envs = single.game, learner, num_envs

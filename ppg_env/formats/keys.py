@@ -29,4 +29,4 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
     listed = list(names)
     close = difflib.get_close_matches(word, listed, 1)
-    return f"did you mean {close[0]!r}" if close else "use one of " + ", ".join(listed)
+    return f"perhaps you mean {close[0]!r}" if close else "use one of " + ", ".join(listed)

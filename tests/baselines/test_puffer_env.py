@@ -15,6 +15,7 @@ pufferlib = pytest.importorskip("pufferlib", reason="needs the extra puffer")
 vector = pytest.importorskip("pufferlib.vector")
 
 from baselines import GamePufferEnv  # noqa: E402 - only where PufferLib is installed
+from baselines.shaping import straight_pace  # noqa: E402  # likewise
 
 SCENARIOS = ("head_on", "intersection3", "circle(5)", "corridor", "intersection_3d")
 ROUGH: dict[str, Any] = {"noise": 30.0, "max_cycles": 15}
@@ -147,8 +148,40 @@ def test_wrong_uses_are_refused() -> None:
     for options in ({"reward_scale": "a"}, {"infos": "names"}, {"render_mode": "human"}):
         with pytest.raises(InputError, match=f"^{next(iter(options))}: is '"):
             GamePufferEnv("head_on", **options)
-    with pytest.raises(InputError, match="is not an option"):
-        GamePufferEnv("head_on", speeed="l1")
+    for problem, unknown in {
+        "^speeed: is not an option; perhaps you mean 'speed'": {"speeed": "l1"},
+        "^num_envs: is not an option; perhaps you mean 'copies'": {"num_envs": 4},
+        "use one of game, copies, .*shaping, reward_scale, .*seed,": {"qqq": 1},
+        "^shaping: is 'x'; write True or False": {"shaping": "x"},
+    }.items():
+        with pytest.raises(InputError, match=problem):
+            GamePufferEnv("head_on", **unknown)
+    assert repr(env) == "GamePufferEnv('head_on', copies=2)"
+
+
+def test_rewards_are_shaped_although_copies_restart_in_the_step() -> None:
+    env, plain = (
+        GamePufferEnv("intersection3", 20, shaping=shaping, **ROUGH) for shaping in (True, False)
+    )
+    env.reset(seed=0), plain.reset(seed=0)
+    d, n = env.game.dim, env.simulator.state.shape[2]
+    pace = straight_pace(env.game, env.simulator.tables.scale)
+    ended = 0
+    for _ in range(40):
+        before = env.simulator.last.observation.copy()
+        actions = to_goals(env)
+        _, paid, *_ = env.step(actions)
+        _, reward, *_ = plain.step(actions)
+        out = env.simulator.last
+        after = np.where(out.over[:, None, None], out.final_observation, out.observation)
+        steps = [
+            pace * np.linalg.norm(seen[..., :d], axis=2) * seen[..., n + d]
+            for seen in (before, after)
+        ]
+        change = env.simulator.lam * (steps[0] - steps[1])
+        np.testing.assert_allclose(paid, reward + change.ravel(), atol=1e-5)
+        ended += int(out.over.sum())
+    assert ended > 20
 
 
 def test_episodes_draw_and_observe_what_the_rule_says() -> None:

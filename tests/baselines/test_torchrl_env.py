@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ppg_env import InputError, make_game, parallel_env
-from ppg_env.env import Choice, GoToGoal, Randomize, Uniform
+from ppg_env.env import Choice, GoToGoal, Randomize, Rules, Uniform
 from tests.baselines.small_games import line, sizes, space
 
 torch = pytest.importorskip("torch")
@@ -20,7 +20,7 @@ from tensordict.nn import TensorDictModule  # noqa: E402 - only where TorchRL is
 from torchrl.envs import RewardSum, SerialEnv, StepCounter, TransformedEnv  # noqa: E402  # likewise
 from torchrl.envs.utils import MarlGroupMapType, check_env_specs  # noqa: E402  # likewise
 
-from baselines import GameTorchRLEnv  # noqa: E402  # likewise
+from baselines import GameTorchRLEnv, GameVecEnv  # noqa: E402  # likewise
 
 pytestmark = pytest.mark.filterwarnings("default")  # those of TorchRL and tensordict
 
@@ -248,7 +248,11 @@ def test_wrong_uses_are_refused() -> None:
     with pytest.raises(InputError, match=r"agent_0 in copy 1, not finite"):
         env.step(data)
     for problem, options in {
-        "is not an option": {"speeed": 1},
+        "^speeed: is not an option; perhaps you mean 'speed'": {"speeed": 1},
+        "^num_envs: is not an option; perhaps you mean 'copies'": {"num_envs": 4},
+        "use one of game, copies, .*group_map, return_state, .*seed, device,": {"qqq": 1},
+        "^shaping: is 'x'; write True or False": {"shaping": "x"},
+        "^reward_scale: is 0; give a positive number": {"reward_scale": 0},
         "copies": {"copies": 0},
         "observation": {"observation": "sonar"},
         "^render_mode: is 'rgb_array'; leave it out": {"render_mode": "rgb_array"},
@@ -257,6 +261,54 @@ def test_wrong_uses_are_refused() -> None:
     }.items():
         with pytest.raises(InputError, match=problem):
             GameTorchRLEnv("head_on", **options)
+
+
+@pytest.mark.parametrize("shape", [(4, 2, 1), (4, 2, 3), (4, 1, 2), (4, 2)])
+def test_actions_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
+    env = GameTorchRLEnv("head_on", 4)
+    data = env.reset()
+    before = env.simulator.bodies.copy()
+    data["agents"].batch_size = [4]
+    data["agents", "action"] = torch.zeros(shape)
+    remedy = r"give numbers of shape \(copies, agents, inputs\) = \(4, 2, 2\)\."
+    with pytest.raises(InputError, match=rf"^agents\.action: has the shape .*; {remedy}"):
+        env.step(data)
+    assert np.array_equal(env.simulator.bodies, before)
+
+
+def test_actions_that_are_missing_or_no_real_numbers_are_refused() -> None:
+    env = GameTorchRLEnv("head_on", 4)
+    with pytest.raises(InputError, match=r"^agents\.action: is missing; give numbers"):
+        env.step(env.reset())
+    for kind in (torch.bool, torch.complex64):
+        data = env.reset()
+        data["agents", "action"] = torch.zeros(4, 2, 2, dtype=kind)
+        with pytest.raises(InputError, match=rf"^agents\.action: has .* the type {kind}"):
+            env.step(data)
+
+
+def test_its_text_names_the_game_and_the_copies() -> None:
+    assert repr(GameTorchRLEnv("intersection3", 4)) == "GameTorchRLEnv('intersection3', copies=4)"
+
+
+@pytest.mark.parametrize("sharing", ["selfish", "social"])
+def test_rewards_are_shaped_as_for_stable_baselines3(sharing: str) -> None:
+    game, options = make_game("intersection3", noise=30.0), {"sharing": sharing, "max_cycles": 15}
+    env = GameTorchRLEnv(game, 8, shaping=True, reward_scale=10.0, seed=0, **options)
+    other = GameVecEnv(game, Rules(**options), 8)
+    env.simulator.seed(5), other.simulator.seed(5)
+    data, _ = env.reset(), other.reset()
+    policy, rewards = to_goals(env), 0
+    for _ in range(40):
+        data = policy(data)
+        scaled = (data["agents", "action"].numpy() / env.simulator.high).reshape(24, -1)
+        step, data = env.step_and_maybe_reset(data)
+        _, paid, done, _ = other.step(scaled)
+        given = step["next", "agents", "reward"].numpy().reshape(24)
+        np.testing.assert_allclose(given, paid, atol=1e-5)
+        assert (step["next", "done"].numpy().repeat(3, 1).ravel() == done).all()
+        rewards += (given != 0).sum()
+    assert rewards > 100
 
 
 def test_episodes_draw_and_observe_what_the_rule_says() -> None:

@@ -50,3 +50,26 @@ def test_the_release_workflow_publishes_without_a_stored_secret() -> None:
     assert "id-token: write" in text
     assert "secrets." not in text
     assert "tests.packaging.clean_install" in text
+
+
+def pinned(file: Path) -> dict[str, str]:
+    """Return the versions that a file pins, by the name of the distribution as pip compares it."""
+    lines = file.read_text(encoding="utf-8").splitlines()
+    pins = [line.split("==") for line in lines if line and not line.startswith("#")]
+    return {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pins}
+
+
+def test_constraints_pin_whatever_the_project_and_its_extras_need() -> None:
+    own = project()
+    needs = [
+        *own["dependencies"],
+        *(need for extra in own["optional-dependencies"].values() for need in extra),
+    ]
+    names = {re.sub(r"[-_.]+", "-", re.split(r"[<>=\[]", need)[0]).lower() for need in needs}
+    assert names - set(pinned(ROOT / "constraints.txt")) == set()
+
+
+@pytest.mark.parametrize("library", ["torchrl_mappo", "pufferlib_ppo"])
+def test_an_extra_installs_the_versions_that_its_example_was_tried_with(library: str) -> None:
+    ours, tried = (pinned(ROOT / file) for file in ("constraints.txt", f"examples/{library}.txt"))
+    assert {name: ours.get(name) for name in tried} == tried

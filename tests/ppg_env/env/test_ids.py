@@ -21,7 +21,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test
 
-from ppg_env import InputError, make_game
+from ppg_env import GameVectorEnv, InputError, SingleAgentEnv, make_game, parallel_env
 from ppg_env.env.registration import (
     VERSION,
     gymnasium_id,
@@ -107,6 +107,29 @@ def test_an_unknown_option_is_answered_with_each_name_once() -> None:
         gymnasium.make("ppg/HeadOn-v0", bogus=1)
     names = str(caught.value).split("use one of ")[1].rstrip(".").split(", ")
     assert len(names) == len({*names})
+
+
+@pytest.mark.parametrize(
+    ("view", "own"),
+    [
+        (parallel_env, "game, render_mode, observation, infos, randomize, arrival,"),
+        (SingleAgentEnv, "game, learner, players, render_mode, observation, randomize, infos,"),
+        (
+            GameVectorEnv,
+            "game, num_envs, autoreset_mode, learner, players, observation, randomize,",
+        ),
+    ],
+)
+def test_an_unknown_option_is_answered_with_the_view_s_own_parameters(view: Any, own: str) -> None:
+    with pytest.raises(InputError, match=f"^qqq: is not an option; use one of {own}"):
+        view("head_on", qqq=1)
+    with pytest.raises(InputError, match=r"^speeed: is not an option; perhaps you mean 'speed'\."):
+        view("head_on", speeed="l1")
+
+
+def test_what_other_views_call_a_parameter_is_understood() -> None:
+    with pytest.raises(InputError, match=r"^copies: is not an option; perhaps you mean 'num_envs'"):
+        GameVectorEnv("head_on", copies=3)
 
 
 @needs_registry

@@ -131,7 +131,7 @@ def test_observations_keep_the_frame_of_the_game() -> None:
         ({"size": 8.0}, "overlaps"),
         ({"agents": 3}, "agents: is 3; write how many play, a whole number from 1 to 2"),
         ({"agents": True}, "agents: is True"),
-        ({"lamb": 0.3}, "options.lamb: is an unknown key of reset; did you mean 'lam'"),
+        ({"lamb": 0.3}, "options.lamb: is an unknown key of reset; perhaps you mean 'lam'"),
         ([1], "options: are"),
     ],
     ids=str,

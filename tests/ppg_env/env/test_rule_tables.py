@@ -49,7 +49,7 @@ def test_tables_of_a_rule_are_read_back_exactly():
         ("", "randomize: is missing; add a table"),
         ("randomize = 3", "randomize: is not a table"),
         ("[randomize]", "randomize: draws nothing"),
-        ("[randomize]\nlamb = 1", "randomize.lamb: is an unknown key.*did you mean 'lam'"),
+        ("[randomize]\nlamb = 1", "randomize.lamb: is an unknown key.*perhaps you mean 'lam'"),
         ("[randomize]\nlam = 0.5", "randomize.lam: is 0.5; write { uniform"),
         ("[randomize]\nlam = {}", "randomize.lam: is {}; write"),
         ("[randomize]\nlam = { uniformly = [0, 1] }", "randomize.lam.uniformly: .*'uniform'"),

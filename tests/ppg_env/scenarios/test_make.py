@@ -265,7 +265,7 @@ def test_the_rules_of_a_game_that_can_be_flown_are_overrides_too() -> None:
         ({"within": {"lo": [0.0]}}, r"agent\[0\]\.within\.lo: .*unknown.*'low'"),
         ({"reserve": [1.0]}, r"reserve: has 1 numbers"),
         ({"reserve": 99.0}, r"agent\[0\]\.reserve: leaves no control at step 1"),
-        ({"effrt": 1.0}, r"effrt: is not a field of a game; did you mean 'effort'"),
+        ({"effrt": 1.0}, r"effrt: is not a field of a game; perhaps you mean 'effort'"),
         ({"collisions": "sweep"}, r"collisions"),
     ],
 )

@@ -140,6 +140,16 @@ def test_a_broken_module_is_one_sentence_and_the_others_work(name: str, extra: P
     assert str(path) in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [("hed_on", "perhaps you mean 'head_on',"), ("qqq", "use one of opposing, head_on, .*,")],
+)
+def test_a_name_that_is_no_scenario_is_answered_in_one_sentence(name: str, remedy: str) -> None:
+    sentence = rf"^'{name}': is not a scenario; {remedy} or a file ending in \.toml\.$"
+    with pytest.raises(InputError, match=sentence):
+        make_game(name)
+
+
 def test_a_broken_module_leaves_the_commands_working(
     extra: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
