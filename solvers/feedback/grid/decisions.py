@@ -17,9 +17,6 @@ from solvers.feedback.grid.stage_kernels import NO, YES, ZERO
 SWEEPS = 3
 """Most actions that are chosen in turn, per agent, for one joint decision."""
 
-FINER_TURNS = 4
-"""Refinements of the chosen actions, of both agents in turn."""
-
 
 @njit(cache=True, parallel=True)
 def respond_everywhere(body, harm, field, own_first, risk, crash, far, states, far_states, far_ends,
@@ -51,7 +48,7 @@ def decide_jointly(
 
     They start as those of the nearest grid state; then each agent in turn takes the best of its
     set on its field (K0, K1), until neither gains.  Where they go on, the pair of least regret that
-    was met is taken.  Both are refined in turn last.
+    was met is taken.  Both are refined last.
     """
     for c in prange(states.shape[0]):
         _decide_at(first, second, first_harm, second_harm, first_field, second_field, crash, risk,
@@ -75,7 +72,8 @@ def _decide_at(
     two[:] = second.actions[choice[1, i, j]]
     best_one, best_two, least, turn = one.copy(), two.copy(), np.inf, 0
     advance(second, base[1], two, z)
-    while turn < 2 * SWEEPS + FINER_TURNS:
+    # The last two turns refine the actions of both.
+    while turn < 2 * SWEEPS + 2:
         coarse = turn < 2 * SWEEPS
         if turn == 2 * SWEEPS:
             one[:], two[:] = best_one, best_two
