@@ -13,8 +13,9 @@ from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune.registry import register_env
-from shaped_env import ShapedEnv
 from task import cpu_seconds, read_task
+
+from baselines import ShapedEnv
 
 
 class PathPlanning(ParallelPettingZooEnv):
