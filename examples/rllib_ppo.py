@@ -63,7 +63,10 @@ if __name__ == "__main__":
     algo = config.build_algo()
     start, steps = cpu_seconds(), 0
     while steps < task.steps:
-        steps = int(algo.train()["env_runners"]["num_env_steps_sampled_lifetime"])
+        result = algo.train()["env_runners"]  # returns are sums over agents, shaped and scaled
+        steps = int(result["num_env_steps_sampled_lifetime"])
+        mean, length = result["episode_return_mean"], result["episode_len_mean"]
+        print(f"{steps} steps: mean return {mean:.2f}, length {length:.1f}", flush=True)
     seconds = cpu_seconds() - start
 
     module = algo.get_module("shared")

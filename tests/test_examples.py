@@ -111,6 +111,33 @@ def test_each_example_runs_every_night_and_has_its_place_in_the_docs() -> None:
     assert [name for name in NAMES if f"examples/{name}.py" not in page] == []
 
 
+def settings(text: str) -> dict[str, str]:
+    """Return the numbers and switches that a program of RLlib sets, and its wrapper's method."""
+    tree = ast.parse(text)
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    found = {
+        keyword.arg: ast.unparse(keyword.value)
+        for call in calls
+        if ast.unparse(call.func).endswith((".training", "DefaultModelConfig", ".multi_agent"))
+        for keyword in call.keywords
+        if keyword.arg
+    }
+    (wrapper,) = (node for node in tree.body if isinstance(node, ast.ClassDef))
+    (step,) = (node for node in wrapper.body if isinstance(node, ast.FunctionDef))
+    lines = [line for line in step.body if not ast.unparse(line).startswith(("'", '"'))]
+    return found | {"step": "\n".join(ast.unparse(line) for line in lines)}
+
+
+def test_the_docs_train_with_rllib_as_the_example_does() -> None:
+    page = (ROOT / "docs/neighbours.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```text\n(import ray\n.*?)^```", page, re.S | re.M)
+    example = (EXAMPLES / "rllib_ppo.py").read_text(encoding="utf-8")
+    assert settings(shown) == settings(example)
+    assert len(settings(shown)) == 14
+    assert "from baselines import ShapedEnv" in shown
+    assert "PathPlanning(ShapedEnv(**config))" in shown
+
+
 # --- what the examples share ----------------------------------------------------------------------
 
 
