@@ -27,7 +27,7 @@ def test_returns_change_by_the_potential_at_the_end_minus_that_at_the_start(
         first, last = shaped.reset(seed=seed)[0], plain.reset(seed=seed)[0]
         returns, expected = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
         while plain.agents:
-            moves = {name: rng.uniform(-1, 1, 2).astype(np.float32) for name in names}
+            moves = {name: rng.uniform(-1, 1, 2) for name in names}
             boxes = {name: plain.action_space(name) for name in names}
             seen, rewards, *_ = shaped.step({name: moves[name] for name in shaped.agents})
             inputs = {
@@ -42,8 +42,8 @@ def test_returns_change_by_the_potential_at_the_end_minus_that_at_the_start(
         assert shaped.agents == []
         for name, agent, rate in zip(names, plain.game.agents, pace, strict=True):
             start, end = (
-                -agent.lam * rate * np.linalg.norm(seen[name][:d]) * seen[name][n + d]
-                for seen in (first, last)
+                -agent.lam * rate * np.linalg.norm(ends[name][:d]) * ends[name][n + d]
+                for ends in (first, last)
             )
             assert 20.0 * returns[name] == pytest.approx(expected[name] + end - start, abs=1e-4)
 
@@ -62,11 +62,11 @@ def test_actions_of_another_shape_are_refused(action: Any) -> None:
 
 
 def test_a_step_before_the_reset_and_options_of_no_use_are_refused() -> None:
-    with pytest.raises(InputError, match="^step: comes before the first reset"):
+    with pytest.raises(InputError, match=r"^step: comes before the first reset"):
         ShapedEnv("head_on").step({})
-    with pytest.raises(InputError, match="^reward_scale: is 0"):
+    with pytest.raises(InputError, match=r"^reward_scale: is 0"):
         ShapedEnv("head_on", reward_scale=0)
-    with pytest.raises(InputError, match="^reward_scal: is not an option; .*reward_scale"):
+    with pytest.raises(InputError, match=r"^reward_scal: is not an option; .*reward_scale"):
         ShapedEnv("head_on", reward_scal=20.0)
 
 
