@@ -9,6 +9,7 @@ from .policy_file import write_learned as write_learned
 from .pretrained import find_pretrained as find_pretrained
 from .puffer_env import GamePufferEnv as GamePufferEnv
 from .regret import regret_bounds as regret_bounds
+from .shaped_env import ShapedEnv as ShapedEnv
 from .torchrl_env import GameTorchRLEnv as GameTorchRLEnv
 from .train import train_players as train_players
 from .vec_env import GameVecEnv as GameVecEnv

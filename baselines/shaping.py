@@ -13,6 +13,10 @@ Phi at its start (Ng et al., 1999), so without discount:
   and staying away from the goal pays less than before.  Were Phi set to 0 there, staying away would
   be paid as if the agent had arrived, and agents would learn to hide.
 
+With a discount gamma that is so for gamma Phi' - Phi only.  Here the difference has no gamma: it is
+exact for gamma = 1, as in ``ppg train``.  With gamma = 0.99, as in the examples of other libraries,
+it is a heuristic, which in addition charges 1 - gamma of the cost of the way that is left per step.
+
 With ``sharing="social"`` every agent that acts gets the sum of all agents' changes.
 """
 

@@ -16,8 +16,9 @@ from agilerl.algorithms import IPPO
 from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_policy
 from agilerl.vector.pz_async_vec_env import AsyncPettingZooVecEnv
 from figures import report
-from shaped_env import ShapedEnv
 from task import cpu_seconds, read_task
+
+from baselines import ShapedEnv
 
 
 class AlignedIPPO(IPPO):

@@ -1,7 +1,7 @@
 """MAPPO of BenchMARL on the batched environment: python examples/benchmarl_mappo.py.
 
 The task makes a ``GameTorchRLEnv``, which steps all copies at once, as tasks of VMAS do.  A
-transform shapes and scales rewards as ``shaped_env.py`` has it.  BenchMARL has no mask: rows of
+transform shapes and scales rewards as ``shaped_learner.py`` has it.  BenchMARL has no mask: rows of
 agents that wait for the end of their copy, with rewards of zero, are part of what it learns from.
 """
 
@@ -17,7 +17,7 @@ from benchmarl.environments import Task, TaskClass
 from benchmarl.experiment import Experiment, ExperimentConfig
 from benchmarl.models import MlpConfig
 from figures import report
-from shaped_env import SCALE, Potential
+from shaped_learner import SCALE, Potential
 from task import cpu_seconds, read_task
 from tensordict import TensorDict
 from torchrl.envs import Transform

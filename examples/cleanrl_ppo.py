@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from figures import report
-from shaped_env import SCALE, Potential
+from shaped_learner import SCALE, Potential
 from task import cpu_seconds, read_task
 from torch import nn
 from torch.distributions.normal import Normal

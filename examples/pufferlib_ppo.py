@@ -15,7 +15,7 @@ import torch
 from figures import report
 from pufferlib.models import Default
 from pufferlib.pytorch import sample_logits
-from shaped_env import SCALE
+from shaped_learner import SCALE
 from task import cpu_seconds, read_task
 
 from baselines import GamePufferEnv

@@ -13,8 +13,9 @@ from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune.registry import register_env
-from shaped_env import ShapedEnv
 from task import cpu_seconds, read_task
+
+from baselines import ShapedEnv
 
 
 class PathPlanning(ParallelPettingZooEnv):
@@ -62,7 +63,10 @@ if __name__ == "__main__":
     algo = config.build_algo()
     start, steps = cpu_seconds(), 0
     while steps < task.steps:
-        steps = int(algo.train()["env_runners"]["num_env_steps_sampled_lifetime"])
+        result = algo.train()["env_runners"]  # returns are sums over agents, shaped and scaled
+        steps = int(result["num_env_steps_sampled_lifetime"])
+        mean, length = result["episode_return_mean"], result["episode_len_mean"]
+        print(f"{steps} steps: mean return {mean:.2f}, length {length:.1f}", flush=True)
     seconds = cpu_seconds() - start
 
     module = algo.get_module("shared")

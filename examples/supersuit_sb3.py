@@ -10,9 +10,10 @@ import numpy as np
 import supersuit
 import torch
 from figures import report
-from shaped_env import ShapedEnv
 from stable_baselines3 import PPO
 from task import cpu_seconds, read_task
+
+from baselines import ShapedEnv
 
 if __name__ == "__main__":
     torch.manual_seed(1)

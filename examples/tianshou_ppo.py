@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 import torch
 from figures import Act, TrainedPlayer, report
-from shaped_env import ShapedLearner
+from shaped_learner import ShapedLearner
 from task import Task, cpu_seconds, read_task
 from tianshou.algorithm.modelfree.ppo import PPO
 from tianshou.algorithm.modelfree.reinforce import ProbabilisticActorPolicy

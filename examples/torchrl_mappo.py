@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 from figures import report
-from shaped_env import SCALE
+from shaped_learner import SCALE
 from task import cpu_seconds, read_task
 from tensordict import TensorDict
 from tensordict.nn import TensorDictModule

@@ -12,19 +12,17 @@ import sys
 import tomllib
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
-from pettingzoo.test import parallel_api_test
 
-from ppg_env import InputError, Simulator, SingleAgentEnv, make_game, parallel_env
+from ppg_env import Simulator, SingleAgentEnv, make_game
 from ppg_env.env import Rules
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.txt"))
-SHARED = {"figures", "run_neighbours", "shaped_env", "task"}
+SHARED = {"figures", "run_neighbours", "shaped_learner", "task"}
 PACKAGES = {"ppg_env", "solvers", "baselines", "benchmarks"}
 LINES = 140
 
@@ -113,6 +111,33 @@ def test_each_example_runs_every_night_and_has_its_place_in_the_docs() -> None:
     assert [name for name in NAMES if f"examples/{name}.py" not in page] == []
 
 
+def settings(text: str) -> dict[str, str]:
+    """Return the numbers and switches that a program of RLlib sets, and its wrapper's method."""
+    tree = ast.parse(text)
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    found = {
+        keyword.arg: ast.unparse(keyword.value)
+        for call in calls
+        if ast.unparse(call.func).endswith((".training", "DefaultModelConfig", ".multi_agent"))
+        for keyword in call.keywords
+        if keyword.arg
+    }
+    (wrapper,) = (node for node in tree.body if isinstance(node, ast.ClassDef))
+    (step,) = (node for node in wrapper.body if isinstance(node, ast.FunctionDef))
+    lines = [line for line in step.body if not ast.unparse(line).startswith(("'", '"'))]
+    return found | {"step": "\n".join(ast.unparse(line) for line in lines)}
+
+
+def test_the_docs_train_with_rllib_as_the_example_does() -> None:
+    page = (ROOT / "docs/neighbours.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```text\n(import ray\n.*?)^```", page, re.S | re.M)
+    example = (EXAMPLES / "rllib_ppo.py").read_text(encoding="utf-8")
+    assert settings(shown) == settings(example)
+    assert len(settings(shown)) == 14
+    assert "from baselines import ShapedEnv" in shown
+    assert "PathPlanning(ShapedEnv(**config))" in shown
+
+
 # --- what the examples share ----------------------------------------------------------------------
 
 
@@ -123,73 +148,8 @@ def towards_goal(observation: np.ndarray, dim: int) -> np.ndarray:
     return action
 
 
-@pytest.mark.parametrize("scenario", ["head_on", "intersection3", "circle(4)", "corridor"])
-@pytest.mark.parametrize("together", [False, True])
-def test_shaping_changes_returns_by_constants(
-    scenario: str, together: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    module = shared("shaped_env", monkeypatch)
-    shaped, plain = module.ShapedEnv(scenario, together=together), parallel_env(scenario)
-    rng, names = np.random.default_rng(0), plain.possible_agents
-    for seed in range(5):
-        first, last = shaped.reset(seed=seed)[0], plain.reset(seed=seed)[0]
-        returns, expected = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
-        while plain.agents:
-            moves = {name: rng.uniform(-1, 1, 2).astype(np.float32) for name in names}
-            boxes = {name: plain.action_space(name) for name in names}
-            seen, rewards, *_ = shaped.step({name: moves[name] for name in shaped.agents})
-            inputs = {
-                name: (box.high + box.low) / 2 + (box.high - box.low) / 2 * moves[name]
-                for name, box in boxes.items()
-            }
-            observed, plain_rewards, *_ = plain.step(inputs)
-            last |= observed
-            assert all(np.array_equal(seen[name], last[name]) for name in seen)
-            for total, new in ((returns, rewards), (expected, plain_rewards)):
-                total |= {name: total[name] + new[name] for name in new}
-        assert shaped.agents == []
-        for i, name in enumerate(names):
-            potential = shaped._potential(i, last[name]) - shaped._potential(i, first[name])
-            assert module.SCALE * returns[name] == pytest.approx(
-                expected[name] + potential, abs=1e-4
-            )
-
-
-@pytest.mark.parametrize("together", [False, True])
-def test_the_shaped_environment_passes_the_official_test(
-    together: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    env = shared("shaped_env", monkeypatch).ShapedEnv("intersection3", together=together)
-    parallel_api_test(env, num_cycles=60)
-
-
-@pytest.mark.parametrize("action", [np.zeros(1), np.zeros(3), np.zeros((1, 2))])
-def test_the_shaped_environment_refuses_actions_of_another_shape(
-    action: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    env = shared("shaped_env", monkeypatch).ShapedEnv("head_on")
-    env.reset(seed=0)
-    with pytest.raises(InputError, match=r"^actions\['agent_1'\]: is .*, not 2 finite numbers"):
-        env.step({"agent_0": np.zeros(2), "agent_1": action})
-
-
-def test_agents_that_play_together_end_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    env = shared("shaped_env", monkeypatch).ShapedEnv("intersection3", together=True, noise=0.0)
-    env.reset(seed=0)
-    done: dict[str, Any] = {}
-    while env.agents:
-        assert env.agents == env.possible_agents
-        seen, _, terminated, truncated, infos = env.step(
-            {name: np.full(2, 0.3, dtype=np.float32) for name in env.agents}
-        )
-        done = {name: terminated[name] or truncated[name] for name in terminated}
-        assert len(set(done.values())) == 1
-        assert list(seen) == list(infos) == env.possible_agents
-    assert all(done.values())
-
-
 def test_a_single_learner_is_shaped_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = shared("shaped_env", monkeypatch)
+    module = shared("shaped_learner", monkeypatch)
     env, plain = module.ShapedLearner(SingleAgentEnv("head_on", 1)), SingleAgentEnv("head_on", 1)
     first, _ = env.reset(seed=3)
     plain.reset(seed=3)
