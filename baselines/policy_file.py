@@ -150,7 +150,16 @@ def _same(ours: Agent, theirs: Agent) -> bool:
 
 
 def write_learned(path: str | Path, learned: Learned) -> Path:
-    """Save ``learned`` as an .npz file."""
+    """Save ``learned`` as an .npz file, which ``ppg compare`` and ``ppg regret`` take as a player.
+
+    Raises
+    ------
+    InputError
+        If ``learned`` has no runs, or ``about`` lacks what a file has to say: ``player``, a name;
+        ``game``, the tables of a game file as in :func:`ppg_env.game_to_tables`; and
+        ``lam``, two limits or None.
+    """
+    _check_complete(learned, "learned")
     arrays: dict[str, Any] = {}
     for r, team in enumerate(learned.runs):
         for i, policy in enumerate(team):
@@ -192,17 +201,20 @@ def read_learned(path: str | Path) -> Learned:
     source = str(path)
     with opened_archive(path, REMEDY, LARGEST) as arrays:
         learned = _read(source, arrays)
-    about, runs = learned.about, learned.runs
-    lam = about.get("lam")
-    complete = (
-        bool(runs)
-        and all(runs)
-        and isinstance(about.get("player"), str)
-        and isinstance(about.get("game"), dict)
-        and (lam is None or (isinstance(lam, list) and len(lam) == 2))
-    )
-    require(complete, source, "does not say what was trained", REMEDY)
+    _check_complete(learned, source)
     return learned
+
+
+def _check_complete(learned: Learned, place: str) -> None:
+    """Refuse players without runs, and those that do not say what was trained."""
+    about, lam = learned.about, learned.about.get("lam")
+    require(bool(learned.runs) and all(learned.runs), place, "has no players", REMEDY)
+    for key, holds, wanted in (
+        ("player", isinstance(about.get("player"), str), "a name"),
+        ("game", isinstance(about.get("game"), dict), "the tables of a game file"),
+        ("lam", lam is None or (isinstance(lam, list) and len(lam) == 2), "two limits, or none"),
+    ):
+        require(holds, place, f"does not say what was trained: {key!r} is not {wanted}", REMEDY)
 
 
 def _read(source: str, arrays: Any) -> Learned:

@@ -4,6 +4,7 @@ from .env.simulator import Simulator as Simulator
 from .env.single_agent_env import SingleAgentEnv as SingleAgentEnv
 from .env.vector_env import GameVectorEnv as GameVectorEnv
 from .errors import InputError as InputError
+from .formats.game_file import game_to_tables as game_to_tables
 from .game.agent import Agent as Agent
 from .game.agent import SpectralRadiusWarning as SpectralRadiusWarning
 from .game.evaluation import Evaluation as Evaluation

@@ -25,6 +25,18 @@ def about(game: Game, **more: object) -> dict[str, object]:
     return {"player": "test", "game": game_to_tables(game), "lam": None, **more}
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [("player", None, "'player' is not a name"), ("game", "head_on", "'game' is not the tables"),
+     ("lam", 0.8, "'lam' is not two limits")],
+)  # fmt: skip
+def test_what_could_not_be_read_is_not_written(game, tmp_path, key, value, words) -> None:
+    players = Learned(((small_policy(game), None),), {**about(game), key: value})
+    with pytest.raises(InputError, match=words):
+        write_learned(tmp_path / "file.npz", players)
+    assert not (tmp_path / "file.npz").exists()
+
+
 @pytest.fixture
 def file(game: Game, tmp_path: Path) -> Path:
     team = (small_policy(game), None)
