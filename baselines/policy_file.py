@@ -159,7 +159,7 @@ def write_learned(path: str | Path, learned: Learned) -> Path:
         ``game``, the tables of a game file as in :func:`ppg_env.game_to_tables`; and
         ``lam``, two limits or None.
     """
-    _check_complete(learned, "learned")
+    _check_complete(learned, "learned", "give what write_learned describes")
     arrays: dict[str, Any] = {}
     for r, team in enumerate(learned.runs):
         for i, policy in enumerate(team):
@@ -201,20 +201,20 @@ def read_learned(path: str | Path) -> Learned:
     source = str(path)
     with opened_archive(path, REMEDY, LARGEST) as arrays:
         learned = _read(source, arrays)
-    _check_complete(learned, source)
+    _check_complete(learned, source, REMEDY)
     return learned
 
 
-def _check_complete(learned: Learned, place: str) -> None:
+def _check_complete(learned: Learned, place: str, remedy: str) -> None:
     """Refuse players without runs, and those that do not say what was trained."""
     about, lam = learned.about, learned.about.get("lam")
-    require(bool(learned.runs) and all(learned.runs), place, "has no players", REMEDY)
+    require(bool(learned.runs) and all(learned.runs), place, "has no players", remedy)
     for key, holds, wanted in (
         ("player", isinstance(about.get("player"), str), "a name"),
         ("game", isinstance(about.get("game"), dict), "the tables of a game file"),
         ("lam", lam is None or (isinstance(lam, list) and len(lam) == 2), "two limits, or none"),
     ):
-        require(holds, place, f"does not say what was trained: {key!r} is not {wanted}", REMEDY)
+        require(holds, place, f"does not say what was trained: {key!r} is not {wanted}", remedy)
 
 
 def _read(source: str, arrays: Any) -> Learned:

@@ -13,9 +13,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from baselines.shaping import straight_pace
 from ppg_env.env.observation import observation_frame
 from ppg_env.game.game import Game
-from ppg_env.game.reachability import earliest_arrival
 
 SCALE = 20.0
 """What a crash costs at lam = 0.8."""
@@ -47,12 +47,9 @@ class Potential:
 
     def __init__(self, game: Game) -> None:
         d, n = game.dim, max(agent.state_dim for agent in game.agents)
-        scale = observation_frame(game)[1]
-        self._place, self._traffic, self._rates = slice(d), n + d, []
-        for agent in game.agents:
-            length = float(np.linalg.norm(agent.goal[:d] - agent.start[:d]))
-            steps = earliest_arrival(agent, game.horizon) or game.horizon
-            self._rates.append(agent.lam * steps * scale / length if length else 0.0)
+        lam = np.array([agent.lam for agent in game.agents])
+        self._place, self._traffic = slice(d), n + d
+        self._rates = (lam * straight_pace(game, observation_frame(game)[1])).tolist()
 
     def __call__(self, agent: int, observation: np.ndarray) -> np.ndarray:
         """Return the potential (...,) of an agent, by index, for its observations (..., W)."""
