@@ -35,6 +35,7 @@ def _respond_at(body, harm, field, own_first, risk, crash, far, state, far_state
     index, weight = np.empty(16, np.int64), np.empty(16)
     window = np.empty((size[0], size[1]))
     base[:] = body.A @ state
+    action[:] = body.actions[0]
     respond_to(body, harm, field, own_first, risk, crash, state, base, far, far_state, far_end,
                YES, YES, w0, w1, index, weight, window, action)  # fmt: skip
 
@@ -110,6 +111,7 @@ def _decide_alone_at(body, harm, alone, risk, state, action):
     """Write the best action (m,) of an agent alone at ``state`` (2,)."""
     w0, w1, base, other = np.empty(4), np.empty(4), np.empty(2), np.full(5, -1.0)
     base[:] = body.A @ state
+    action[:] = body.actions[0]
     search(body, harm, alone, ZERO, ZERO, risk, YES, 0.0, state, base, other, w0, w1, action)
     refine(body, harm, alone, ZERO, ZERO, risk, YES, 0.0, state, base, other, w0, w1, action)
 

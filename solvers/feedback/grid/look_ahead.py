@@ -24,7 +24,10 @@ SHORTEST = 0.1
 
 @njit(cache=True)
 def search(body, harm, window, i0, j0, risk, own_first, crash, x, base, other, w0, w1, best):
-    """Write the best action of the set; return by how much it is better than ``best`` was."""
+    """Write the best action of the set; return by how much it is better than ``best`` was.
+
+    ``best`` must be in the control set before: the window ends where its actions lead.
+    """
     m, least, chosen = best.size, np.inf, 0
     y, u = np.empty(2), np.empty(m)
     before = price(body, harm, window, i0, j0, risk, own_first, crash, x, base, best, y, other, w0,
